@@ -1,0 +1,73 @@
+"""One tree of exceptions; each message is one line: which field, which value, what is allowed, how to mend it.
+
+    SidestepError
+    ├── InvalidInput(ValueError)     a value that a caller passed          (exit status 2 on the command line)
+    │   ├── InvalidFile              a file that cannot be read as what it should be
+    │   └── UnknownName              a scenario, field or option that does not exist; suggests the nearest
+    ├── MissingExtra(ImportError)    an optional part is not installed; names the extra
+    └── OutputError(OSError)         a result that cannot be written
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class SidestepError(Exception):
+    """Root of all exceptions that this library raises on purpose."""
+
+
+class InvalidInput(SidestepError, ValueError):  # noqa: N818 (reads as a sentence where it is caught)
+    """A value is not allowed.
+
+    Args:
+        field: dotted name of the field, as the caller wrote it.
+        value: the offending value.
+        allowed: what is allowed, in words.
+        mend: what to do; optional.
+    """
+
+    def __init__(self, field: str, value: object, allowed: str, mend: str = "") -> None:
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+        self.mend = mend
+        text = f"{field}: got {_short(value)}; allowed: {allowed}"
+        super().__init__(f"{text}; {mend}" if mend else text)
+
+
+class InvalidFile(InvalidInput):
+    """A file cannot be read as what it should be; `field` is its path (and line or key)."""
+
+
+class UnknownName(InvalidInput):
+    """A name does not exist among `known`; the nearest ones are suggested."""
+
+    def __init__(self, field: str, value: str, known: Iterable[str]) -> None:
+        names = sorted(known)
+        near = difflib.get_close_matches(value, names, n=2)
+        mend = f"did you mean {' or '.join(repr(n) for n in near)}?" if near else ""
+        super().__init__(field, value, "one of " + ", ".join(names), mend)
+
+
+class MissingExtra(SidestepError, ImportError):  # noqa: N818
+    """An optional part is missing; the message names the extra that brings it."""
+
+    def __init__(self, feature: str, extra: str) -> None:
+        self.feature = feature
+        self.extra = extra
+        super().__init__(f"{feature} needs the optional part '{extra}': pip install 'sidestep[{extra}]'")
+
+
+class OutputError(SidestepError, OSError):
+    """A result cannot be written; says where and why."""
+
+    def __init__(self, path: object, why: str) -> None:
+        self.path = path
+        super().__init__(f"{path}: cannot be written ({why}); choose another folder with --out")
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."

@@ -1,0 +1,1 @@
+"""What a person will do (Eq. 2): actions, costs, best actions everywhere."""

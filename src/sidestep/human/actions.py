@@ -1,0 +1,48 @@
+"""The set U_H of velocities that a person may choose from (Eq. 2d)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from sidestep.errors import InvalidInput
+from sidestep.types import FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionSet:
+    """{m·v : m in −reach..reach} per axis; the paper's U_H is reach = 2.
+
+    Attributes:
+        speed: m/s, v, the step between neighbouring actions (> 0).
+        reach: largest multiple of v per axis (≥ 1).
+        dimension: number of axes d (1, 2 or 3).
+    """
+
+    speed: float
+    reach: int = 2
+    dimension: int = 2
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.speed) and self.speed > 0):
+            raise InvalidInput("actions.speed", self.speed, "a number > 0 (m/s)")
+        if self.reach < 1:
+            raise InvalidInput("actions.reach", self.reach, "an integer ≥ 1")
+        if self.dimension not in (1, 2, 3):
+            raise InvalidInput("actions.dimension", self.dimension, "1, 2 or 3")
+
+    def __len__(self) -> int:
+        return (2 * self.reach + 1) ** self.dimension
+
+    @property
+    def multiples(self) -> IntArray:
+        """(n, d) integer multiples of v, the last axis fastest: action a moves the person by multiples[a] cells."""
+        r = range(-self.reach, self.reach + 1)
+        return np.array(list(product(r, repeat=self.dimension)), dtype=np.int64)
+
+    @property
+    def velocities(self) -> FloatArray:
+        """(n, d) m/s, in the lattice's own frame."""
+        return self.multiples * self.speed

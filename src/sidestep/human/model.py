@@ -1,0 +1,105 @@
+"""Everything that is assumed about a person, in one frozen value."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from sidestep.errors import InvalidInput
+from sidestep.types import AwarenessOverHorizon, DangerDecay, Frame
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HumanModel:
+    """How a person decides (Eq. 2), how random they are (Eq. 4), and how they are measured (Eq. 8).
+
+    The defaults serve real people (direction goals, the person's own frame, what is learned online switched on);
+    the scenarios `paper-printed` and `paper-authors` set every field to what the paper and its authors used.
+
+    Attributes:
+        walking_speed: m/s, v_H; the step between neighbouring actions in the world frame.
+        reach: actions per axis are −reach·v … reach·v (the paper: 2).
+        horizon: steps, N_H; None takes the planner's horizon, 0 is "no prediction": one step ahead, robot stays put.
+        frame: "heading" turns the lattice to the walking direction and scales it to the observed speed
+            (2v = observed speed within `speed_range`); "world" keeps the axes and v.
+        speed_range: m/s, bounds on the largest action reach·v in the heading frame.
+        goal_cost: "squared" is ‖x−g‖²_θ1 (Eq. 2a); "distance" is θ1·‖x−g‖, whose pull does not grow with distance.
+        goal_weight: θ1, one number or one per lattice axis (≥ 0).
+        effort_weight: θ2, one number or one per lattice axis (≥ 0).
+        danger_weight: θ3 (≥ 0).
+        danger_rate: θ4, 1/m for decay "distance", 1/m² for "squared_distance" (≥ 0).
+        danger_decay: exp(−θ4·dist) as printed, or exp(−θ4·dist²) as the authors ran it.
+        perception_noise: m, standard deviation σ of the person's error in judging the distance.
+        randomness: ω_H in [0, 1]; the share of random actions (where `online_randomness`, its starting value).
+        rationality: 1/cost; ∞ is Eq. 5, a finite value makes P_d ∝ exp(−rationality·Q).
+        awareness_over_horizon: "persistent" propagates P(x|β) apart, "resampled" is Eq. 7 as printed.
+        prior_concerned: P_0(β = 1), strictly between 0 and 1.
+        switch_rate: 1/s, rate at which β changes; 0 is the paper.
+        measurement_noise: m, standard deviation of a measured position, where the observation brings none.
+        action_noise: m/s, how far a real velocity strays from the nearest action; 0 is the paper.
+        goals: candidate goals, each (d,) m; used where an observation brings none.
+        radius: m, of the person's body.
+        steadiness: learn online how steadily each person walks, and spread the prediction accordingly.
+        online_randomness: learn ω online from how often the velocity changes.
+    """
+
+    walking_speed: float = 0.5
+    reach: int = 2
+    horizon: int | None = None
+    frame: Frame = "heading"
+    speed_range: tuple[float, float] = (1.0, 2.5)
+    goal_cost: Literal["squared", "distance"] = "distance"
+    goal_weight: float | tuple[float, ...] = 1.0
+    effort_weight: float | tuple[float, ...] = 0.05
+    danger_weight: float = 6.0
+    danger_rate: float = 1.0
+    danger_decay: DangerDecay = "squared_distance"
+    perception_noise: float = 0.0
+    randomness: float = 0.2
+    rationality: float = math.inf
+    awareness_over_horizon: AwarenessOverHorizon = "persistent"
+    prior_concerned: float = 0.5
+    switch_rate: float = 0.05
+    measurement_noise: float = 0.03
+    action_noise: float = 0.15
+    goals: tuple[tuple[float, ...], ...] = ()
+    radius: float = 0.3
+    steadiness: bool = True
+    online_randomness: bool = True
+
+    __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
+
+    def __post_init__(self) -> None:
+        _positive("walking_speed", self.walking_speed)
+        if self.reach < 1:
+            raise InvalidInput("human.reach", self.reach, "an integer ≥ 1")
+        if self.horizon is not None and self.horizon < 0:
+            raise InvalidInput("human.horizon", self.horizon, "an integer ≥ 0, or none for the planner's horizon")
+        low, high = self.speed_range
+        if not (0 < low <= high < math.inf):
+            raise InvalidInput("human.speed_range", self.speed_range, "0 < low ≤ high (m/s)")
+        for name in ("goal_weight", "effort_weight"):
+            weight = getattr(self, name)
+            for w in weight if isinstance(weight, tuple) else (weight,):
+                _at_least_zero(name, w)
+        for name in ("danger_weight", "danger_rate", "perception_noise", "switch_rate", "measurement_noise",
+                     "action_noise"):
+            _at_least_zero(name, getattr(self, name))
+        if not 0 <= self.randomness <= 1:
+            raise InvalidInput("human.randomness", self.randomness, "0 to 1")
+        if not self.rationality > 0:
+            raise InvalidInput("human.rationality", self.rationality, "a number > 0, or inf")
+        if not 0 < self.prior_concerned < 1:
+            raise InvalidInput("human.prior_concerned", self.prior_concerned, "strictly between 0 and 1")
+        _positive("radius", self.radius)
+
+
+def _at_least_zero(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value >= 0):
+        raise InvalidInput(f"human.{name}", value, "a finite number ≥ 0")
+
+
+def _positive(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0):
+        raise InvalidInput(f"human.{name}", value, "a finite number > 0")

@@ -1,0 +1,58 @@
+"""What is measured of a person at one instant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sidestep.human.model import HumanModel
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PersonObservation:
+    """One person, as measured now.
+
+    Not validated here: `Planner.step` takes whatever a sensor says and answers with a safe plan.
+
+    Attributes:
+        id: identity that a tracker keeps over time.
+        position: (d,) m, world frame.
+        velocity: (d,) m/s from the past only, or None: then differences of positions are used.
+        goal: (d,) m, or None: then the goal is inferred.
+        model: the model of this person, or None for the planner's.
+        position_covariance: (d, d) m², or None: then the model's `measurement_noise`.
+        velocity_covariance: (d, d) m²/s², or None.
+    """
+
+    id: str
+    position: Vector
+    velocity: Vector | None = None
+    goal: Vector | None = None
+    model: HumanModel | None = None
+    position_covariance: FloatArray | None = None
+    velocity_covariance: FloatArray | None = None
+
+    def __init__(
+        self,
+        *,
+        id: str,
+        position: VectorLike,
+        velocity: VectorLike | None = None,
+        goal: VectorLike | None = None,
+        model: HumanModel | None = None,
+        position_covariance: FloatArray | None = None,
+        velocity_covariance: FloatArray | None = None,
+    ) -> None:
+        def keep(values: VectorLike | FloatArray | None) -> FloatArray | None:
+            return None if values is None else frozen_array(values)
+
+        for name, value in (
+            ("id", id),
+            ("position", frozen_array(position)),
+            ("velocity", keep(velocity)),
+            ("goal", keep(goal)),
+            ("model", model),
+            ("position_covariance", keep(position_covariance)),
+            ("velocity_covariance", keep(velocity_covariance)),
+        ):
+            object.__setattr__(self, name, value)

@@ -1,0 +1,1 @@
+"""Files: scenarios, records, pedestrian tracks."""

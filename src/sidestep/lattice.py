@@ -1,0 +1,93 @@
+"""Cells ↔ positions: the lattice that a person's actions generate (method: spacing v·ΔT, anchored at the measured position)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Lattice:
+    """A box of cells around an origin.
+
+    Cell index i = (i_1, …, i_d), 0 ≤ i_a ≤ 2·radius, has the position origin + rotation @ (spacing · (i − radius)).
+    The anchor cell, (radius, …, radius), is the origin itself: nothing is ever rounded.
+
+    Attributes:
+        origin: (d,) m, the measured position.
+        spacing: m, distance between neighbouring cells (> 0).
+        radius: cells from the anchor to each face (≥ 0).
+        rotation: (d, d) orthogonal; its columns are the lattice axes in the world frame.
+    """
+
+    origin: Vector
+    spacing: float
+    radius: int
+    rotation: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "origin", frozen_array(self.origin))
+        d = self.origin.size
+        rotation = np.eye(d) if self.rotation.size == 0 else self.rotation
+        object.__setattr__(self, "rotation", frozen_array(rotation))
+
+    @property
+    def dimension(self) -> int:
+        """Number of axes d."""
+        return int(self.origin.size)
+
+    @property
+    def width(self) -> int:
+        """Cells per axis, 2·radius + 1."""
+        return 2 * self.radius + 1
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of an array over the cells, (2·radius + 1,)·d."""
+        return (self.width,) * self.dimension
+
+    def with_radius(self, radius: int) -> Lattice:
+        """Return the same lattice, cut or grown to another radius."""
+        return Lattice(origin=self.origin, spacing=self.spacing, radius=radius, rotation=self.rotation)
+
+    def axis(self) -> FloatArray:
+        """Return the (2·radius + 1,) m coordinates along one lattice axis, relative to the origin."""
+        return self.spacing * np.arange(-self.radius, self.radius + 1, dtype=np.float64)
+
+    def positions(self) -> FloatArray:
+        """Return the positions of all cells, (cells…, d) m, in the world frame."""
+        axis = self.axis()
+        local = np.stack(np.meshgrid(*([axis] * self.dimension), indexing="ij"), axis=-1)
+        return local @ self.rotation.T + self.origin
+
+    def to_local(self, points: FloatArray | VectorLike) -> FloatArray:
+        """World points (…, d) m → coordinates in the lattice's own frame (…, d) m, the origin at 0."""
+        return (np.asarray(points, dtype=np.float64) - self.origin) @ self.rotation
+
+    def to_world(self, local: FloatArray | VectorLike) -> FloatArray:
+        """Coordinates in the lattice's own frame (…, d) m → world points (…, d) m."""
+        return np.asarray(local, dtype=np.float64) @ self.rotation.T + self.origin
+
+
+def heading_rotation(direction: VectorLike) -> FloatArray:
+    """Return the (d, d) rotation whose first column points along `direction` ((d,), any length).
+
+    A zero direction gives the identity. In 1-D the result is [[±1]]; in 3-D the second axis stays horizontal.
+    """
+    v = np.asarray(direction, dtype=np.float64)
+    d = v.size
+    norm = float(np.linalg.norm(v))
+    if norm < 1e-12:
+        return np.eye(d)
+    first = v / norm
+    if d == 1:
+        return first.reshape(1, 1)
+    if d == 2:
+        return np.array([[first[0], -first[1]], [first[1], first[0]]])
+    side = np.cross([0.0, 0.0, 1.0], first)
+    length = float(np.linalg.norm(side))
+    second = side / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
+    return np.stack([first, second, np.cross(first, second)], axis=1)

@@ -1,0 +1,77 @@
+"""What planning returns: the motion, its certificate, its status. Knows no solver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from sidestep.types import FloatArray, Path, Status, Vector
+
+if TYPE_CHECKING:
+    from sidestep.prediction.occupancy import Occupancy
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PersonPlan:
+    """What the plan assumes of one person.
+
+    Attributes:
+        belief: P(concerned), strictly between 0 and 1.
+        occupancy: (N+1, cells…) probability over cells at k = 0..N, with `.lattice`.
+        collision_probability: (N,) P(first contact at k = 1..N) under this plan.
+        goals: candidate goals as text → probability.
+        randomness: ω used for this prediction.
+        position: (d,) m, filtered; velocity: (d,) m/s, filtered.
+    """
+
+    belief: float
+    occupancy: Occupancy
+    collision_probability: FloatArray
+    goals: Mapping[str, float]
+    randomness: float
+    position: Vector
+    velocity: Vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plan:
+    """A motion and what it was certified for.
+
+    Attributes:
+        time: s, for which the plan was made.
+        time_step: s, ΔT between the positions.
+        velocity: (d,) m/s, to be applied until the next call.
+        command: what the robot's base takes: the velocity, or (v, ω) in m/s and rad/s for a differential drive.
+        positions: (N+1, d) m, k = 0..N.
+        velocities: (N, d) m/s.
+        collision_probability: (N,) P_coll(k|t), k = 1..N, recomputed under the prediction that this plan induces.
+        risk: (N,) what the risk rule limits, at k = 1..N (for rule "mass": P(a person within clearance), mid-steps included).
+        risk_limit: P_th of the rule.
+        status: "certified", "least_risk" or "stopped".
+        reason: one line of plain words for the status.
+        people: id → what was assumed of that person.
+        horizon_used: steps actually planned (smaller than asked for only under a deadline).
+        rounds: predictions made for this plan.
+        cost: value of the objective (Eq. 9a) of this motion.
+        duration: s, wall-clock time that planning took.
+        signal: True when the robot should make itself noticed (off by default).
+    """
+
+    time: float
+    time_step: float
+    velocity: Vector
+    command: Vector
+    positions: Path
+    velocities: FloatArray
+    collision_probability: FloatArray
+    risk: FloatArray
+    risk_limit: float
+    status: Status
+    reason: str
+    people: Mapping[str, PersonPlan]
+    horizon_used: int
+    rounds: int
+    cost: float
+    duration: float
+    signal: bool = False

@@ -1,0 +1,1 @@
+"""Where people will be (Eqs. 4, 6, 7) and how likely a collision is."""

@@ -1,0 +1,1 @@
+"""Robot nodes, thin over the same core."""

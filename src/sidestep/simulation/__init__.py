@@ -1,0 +1,1 @@
+"""Worlds with people in them: observe, believe, predict, plan, move."""

@@ -1,0 +1,1 @@
+"""Studies: each names a claim and returns results; nothing here draws or writes files."""

@@ -1,0 +1,38 @@
+"""Named array shapes.
+
+Every array of the public interface is `float64`, in SI units (m, s, m/s, rad), and read-only once it sits in a result.
+Letters in shapes: d dimensions (1, 2 or 3), N horizon in steps, T recorded steps, P people, n actions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+"""Any shape; the comment beside each use says which."""
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+Vector = NDArray[np.float64]
+"""(d,) one point or velocity."""
+Path = NDArray[np.float64]
+"""(K+1, d) positions at consecutive instants."""
+VectorLike = Sequence[float] | NDArray[np.float64]
+"""What callers may pass where a `Vector` is stored."""
+
+Frame = Literal["world", "heading"]
+DangerDecay = Literal["distance", "squared_distance"]
+AwarenessOverHorizon = Literal["persistent", "resampled"]
+RiskRule = Literal["cells", "mass", "trajectory"]
+Status = Literal["certified", "least_risk", "stopped"]
+
+
+def frozen_array(values: VectorLike | FloatArray) -> FloatArray:
+    """Return a read-only, contiguous float64 copy of `values` (shape kept)."""
+    array = np.array(values, dtype=np.float64, order="C")
+    array.setflags(write=False)
+    return array
