@@ -1,0 +1,77 @@
+# One gate for people and CI. `make` lists what there is.
+# A bare machine needs Python >= 3.11, gcc and make; everything else comes from the package registries, at pinned versions.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+JOBS   ?= $(shell nproc 2>/dev/null | awk '{print ($$1 > 4) ? 4 : $$1}')
+BIN    := .venv/bin
+UV     := $(BIN)/uv
+
+.DEFAULT_GOAL := help
+.PHONY: help run test setup setup-run fast lint format types layers docs docs-serve figures examples package lock ci clean
+
+help:  ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-11s %s\n", $$1, $$2}'
+
+run: setup-run  ## run the default scenario: a robot passes a person; results in runs/crossing
+	$(BIN)/sidestep run crossing --out runs/crossing
+
+test: setup  ## run every test, with coverage
+	$(BIN)/pytest -n $(JOBS) --dist worksteal --benchmark-disable --cov --cov-report=term:skip-covered
+
+setup: .venv/.locked-test  ## make .venv with everything the tests, the checks and the site need
+setup-run: .venv/.locked-run
+
+fast: setup  ## run the tests that take less than a few seconds each
+	$(BIN)/pytest -n $(JOBS) --dist worksteal --benchmark-disable -m "not slow" -q
+
+lint: setup  ## ruff: rules and format
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: setup  ## pyright, strict
+	$(BIN)/pyright
+
+layers: setup  ## imports point down (import-linter)
+	$(BIN)/lint-imports
+
+format: setup  ## mend what ruff can mend
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+docs: setup  ## build the site, strictly, into site/
+	$(BIN)/mkdocs build --strict --quiet
+	$(BIN)/python tools/check_links.py site
+
+docs-serve: setup  ## serve the site on this machine, rebuilt at every change
+	$(BIN)/mkdocs serve
+
+figures: setup  ## remake the pictures of the README and the site
+	$(BIN)/python tools/make_figures.py
+
+examples: setup  ## run all examples; pictures in runs/examples
+	$(BIN)/python tools/run_examples.py
+
+package: setup  ## build wheel and sdist, and run the quickstart from the wheel in an empty environment
+	tools/check_package.sh
+
+lock: setup-run  ## renew requirements/*.txt within the bounds of pyproject.toml
+	tools/lock.sh
+
+ci: ## what CI runs
+	.ci/run
+
+clean:  ## remove what was built (not .venv, not runs/)
+	rm -rf build dist site .pytest_cache .ruff_cache .import_linter_cache .coverage
+
+.venv/bin/uv:
+	tools/make_venv.sh "$(PYTHON)"
+
+# --no-deps on the project itself: what it needs is in the lock already.
+.venv/.locked-run: requirements/run.txt pyproject.toml | .venv/bin/uv
+	$(UV) pip install --python $(BIN)/python --quiet -r requirements/run.txt
+	$(UV) pip install --python $(BIN)/python --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+.venv/.locked-test: requirements/test.txt .venv/.locked-run
+	$(UV) pip install --python $(BIN)/python --quiet -r requirements/test.txt
+	@touch $@
