@@ -30,7 +30,7 @@ class PlannerSettings:
         effort_weight: θ6, one number or one per axis (≥ 0).
         soft_risk_weight: λ, cost per unit of probability within clearance below the limit (≥ 0); 0 is the paper.
         midway: look between the samples too.
-        first_step_limit: P(closer than contact + 0.05 m at any time until the next call) of the first action; None: off.
+        first_step_limit: P(closer than contact + 0.05 m at any time until the next call) of the first action, or None.
         rounds: predictions under the own plan at most (≥ 1).
         polish: refine the lattice motion continuously.
         search_resolution: robot lattice cells per step at full speed, K; None chooses by horizon and dimension.
