@@ -107,6 +107,16 @@ def relax(belief: Belief, *, switch_rate: float, prior_concerned: float, elapsed
     return _normalised(keep * belief.weights + (1.0 - keep) * settled)
 
 
+def relax_goals(belief: Belief, goals: FloatArray, rate: float, elapsed: float) -> Belief:
+    """Let the goal be forgotten towards `goals` ((G,) probabilities) at `rate` (1/s); P(β | goal) is kept."""
+    now = belief.goals
+    if goals.shape != now.shape or elapsed <= 0:
+        return belief
+    keep = math.exp(-rate * elapsed)
+    later = keep * now + (1.0 - keep) * goals
+    return _normalised(belief.weights * (later / now)[:, None])
+
+
 def _normalised(weights: FloatArray) -> Belief:
     kept = np.maximum(weights, _FLOOR)
     return Belief(weights=frozen_array(kept / kept.sum()))

@@ -40,6 +40,7 @@ class HumanModel:
         action_noise: m/s, how far a real velocity strays from the nearest action; 0 is the paper.
         goals: candidate goals, each (d,) m; used where an observation brings none.
         radius: m, of the person's body.
+        motion_filter: filter measured positions and learn habits (the next two fields need it); off in the paper.
         steadiness: learn online how steadily each person walks, and spread the prediction accordingly.
         online_randomness: learn ω online from how often the velocity changes.
     """
@@ -65,6 +66,7 @@ class HumanModel:
     action_noise: float = 0.15
     goals: tuple[tuple[float, ...], ...] = ()
     radius: float = 0.3
+    motion_filter: bool = True
     steadiness: bool = True
     online_randomness: bool = True
 
@@ -83,8 +85,14 @@ class HumanModel:
             weight = getattr(self, name)
             for w in weight if isinstance(weight, tuple) else (weight,):
                 _at_least_zero(name, w)
-        for name in ("danger_weight", "danger_rate", "perception_noise", "switch_rate", "measurement_noise",
-                     "action_noise"):
+        for name in (
+            "danger_weight",
+            "danger_rate",
+            "perception_noise",
+            "switch_rate",
+            "measurement_noise",
+            "action_noise",
+        ):
             _at_least_zero(name, getattr(self, name))
         if not 0 <= self.randomness <= 1:
             raise InvalidInput("human.randomness", self.randomness, "0 to 1")

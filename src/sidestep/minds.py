@@ -1,0 +1,241 @@
+"""What the planner keeps of each person between two calls: habits, belief, and what they were expected to do.
+
+A `Mind` is one frozen value. Evidence is weighed against an *anchor*: the instant at which a prediction was last made,
+the position then, and the action probabilities under the robot plan that the person could anticipate. While less than
+one time step has passed since the anchor, the belief is the anchor's belief times a share of the evidence, so that it
+depends on the time that passed and not on the rate of the calls.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sidestep import belief as bayes
+from sidestep.belief import Belief
+from sidestep.human import habits as learning
+from sidestep.human.goals import DirectionGoal, Goal, PointGoal, StandGoal
+from sidestep.human.habits import Habits
+from sidestep.human.model import HumanModel
+from sidestep.human.observation import PersonObservation
+from sidestep.types import FloatArray, Vector, frozen_array
+
+_STALE = 3.0  # time steps after which a displacement no longer tells one action
+_GOAL_RATE = 0.5  # 1/s, how fast "where to" is forgotten when it is only known as a direction
+_STANDING = 0.3  # m/s, below which a person counts as standing
+_DIRECTION_PRIOR = {
+    "walking": (0.62, 0.33, 0.05),
+    "standing": (0.25, 0.15, 0.6),
+}  # present, mean velocity, stands still
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Anchor:
+    """What a person was expected to do when it was last predicted.
+
+    Attributes:
+        time: s; position: (d,) m, measured then; covariance: (d, d) m² of that measurement.
+        probabilities: (G, 2, n) P(u|x; goal, β); velocities: (n, d) m/s, world frame.
+        belief: before the evidence that has come since.
+    """
+
+    time: float
+    position: Vector
+    covariance: FloatArray
+    probabilities: FloatArray
+    velocities: FloatArray
+    belief: Belief
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mind:
+    """One person, as remembered.
+
+    Attributes:
+        id: identity; model: of this person.
+        seen: s, last observation; measured: (d,) m, then; covariance: (d, d) m² of it.
+        position: (d,) m; velocity: (d,) m/s; now, filtered and carried forward.
+        habits: what was learned from the past, or None where the model switches that off.
+        goals: candidates, in the order of the belief's rows.
+        belief: now; anchor: None until the person was predicted.
+    """
+
+    id: str
+    model: HumanModel
+    seen: float
+    measured: Vector
+    covariance: FloatArray
+    position: Vector
+    velocity: Vector
+    habits: Habits | None
+    goals: tuple[Goal, ...]
+    belief: Belief
+    anchor: Anchor | None = None
+
+    @property
+    def randomness(self) -> float:
+        """ω of this person: learned where the model says so."""
+        learned = self.habits is not None and self.model.online_randomness
+        return self.habits.randomness if learned and self.habits else self.model.randomness
+
+    def spread(self, times: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Weights (C,), sigmas (K, C) m of the Gaussians around the predicted position at `times` (K,) s, or None."""
+        if self.habits is None or not self.model.steadiness:
+            return None
+        weights, sigmas = self.habits.spread(times)
+        d = self.position.size
+        noise = self.habits.noise
+        extra = np.trace(noise[:d, :d]) + 2 * times * np.trace(noise[:d, d:]) + times**2 * np.trace(noise[d:, d:])
+        return weights, np.sqrt(sigmas**2 + np.maximum(extra, 0.0)[:, None] / d)
+
+
+def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind:
+    """Return a mind for someone who was never seen before (or whose past no longer counts)."""
+    covariance = _covariance(observation, model)
+    velocity = np.zeros(observation.position.size) if observation.velocity is None else observation.velocity
+    state = None
+    if model.motion_filter:
+        state = learning.meet(
+            time,
+            observation.position,
+            covariance,
+            velocity=observation.velocity,
+            velocity_covariance=observation.velocity_covariance,
+        )
+    goals, over_goals = _goals(observation, model, state, velocity)
+    return Mind(
+        id=observation.id,
+        model=model,
+        seen=time,
+        measured=observation.position,
+        covariance=covariance,
+        position=observation.position if state is None else state.position,
+        velocity=frozen_array(velocity if state is None else state.velocity),
+        habits=state,
+        goals=goals,
+        belief=bayes.prior(len(goals), model.prior_concerned, over_goals),
+    )
+
+
+def observe(mind: Mind, observation: PersonObservation, time: float, time_step: float) -> Mind:
+    """Return the mind after one more observation at `time` s (later than the last one).
+
+    Evidence is one action per `time_step` (s); an observation that comes later than three steps, or shows a
+    displacement that no action explains, leaves the belief to its own relaxation.
+    """
+    covariance = _covariance(observation, mind.model)
+    state = mind.habits and learning.update(mind.habits, time, observation.position, covariance)
+    velocity = state.velocity if state is not None else _velocity(mind, observation, time)
+    believed = _weigh(mind, observation.position, covariance, time, time_step)
+    goals, over_goals = _goals(observation, mind.model, state, velocity)
+    if len(goals) != len(mind.goals) or isinstance(goals[0], PointGoal) != isinstance(mind.goals[0], PointGoal):
+        believed = bayes.prior(len(goals), believed.concerned, over_goals)
+    anchor = mind.anchor
+    if anchor is not None and (len(anchor.probabilities) != len(goals) or time - anchor.time >= 0.999 * time_step):
+        anchor = None  # its evidence is in the belief now; the next prediction sets a new one
+    return replace(
+        mind,
+        seen=time,
+        measured=observation.position,
+        covariance=covariance,
+        position=observation.position if state is None else state.position,
+        velocity=velocity,
+        habits=state,
+        goals=goals,
+        belief=believed,
+        anchor=anchor,
+    )
+
+
+def miss(mind: Mind, time: float) -> Mind:
+    """Return the mind of someone not seen now: carried forward at their last velocity, the belief left to relax."""
+    ahead = max(time - mind.seen, 0.0)
+    start = mind.measured if mind.habits is None else mind.habits.position
+    relaxed = bayes.relax(
+        mind.belief,
+        switch_rate=mind.model.switch_rate,
+        prior_concerned=mind.model.prior_concerned,
+        elapsed=ahead,
+    )
+    return replace(mind, position=frozen_array(start + ahead * mind.velocity), belief=relaxed, anchor=None)
+
+
+def expect(mind: Mind, probabilities: FloatArray, velocities: FloatArray, time: float) -> Mind:
+    """Return the mind with an anchor at `time` s, unless evidence is still being weighed against an older one.
+
+    Args:
+        mind: seen at `time`.
+        probabilities: (G, 2, n) P(u|x; goal, β) under the plan that the person can anticipate now.
+        velocities: (n, d) m/s, of these actions in the world frame.
+        time: s.
+    """
+    if mind.anchor is not None or mind.seen != time:
+        return mind
+    return replace(
+        mind,
+        anchor=Anchor(
+            time=time,
+            position=mind.measured,
+            covariance=mind.covariance,
+            probabilities=probabilities,
+            velocities=velocities,
+            belief=mind.belief,
+        ),
+    )
+
+
+def _weigh(mind: Mind, position: Vector, covariance: FloatArray, time: float, time_step: float) -> Belief:
+    """Eq. 8 against the anchor, after letting awareness change its mind."""
+    anchor = mind.anchor
+    model = mind.model
+    since = mind.seen if anchor is None else anchor.time
+    elapsed = max(time - since, 0.0)
+    start = mind.belief if anchor is None else anchor.belief
+    believed = bayes.relax(start, switch_rate=model.switch_rate, prior_concerned=model.prior_concerned, elapsed=elapsed)
+    if anchor is None or not 0 < elapsed <= _STALE * time_step:
+        return believed
+    moved = position - anchor.position
+    fastest = float(np.sqrt((anchor.velocities**2).sum(axis=1).max()))
+    doubt = covariance + anchor.covariance + np.eye(moved.size) * (model.action_noise * elapsed) ** 2
+    if np.linalg.norm(moved) > 2.0 * fastest * elapsed + 4.0 * np.sqrt(np.trace(doubt)):
+        return believed
+    likelihood = bayes.action_likelihood(anchor.probabilities, anchor.velocities, moved, elapsed, doubt)
+    believed = bayes.observe(believed, likelihood, elapsed / time_step)
+    if isinstance(mind.goals[0], DirectionGoal):
+        believed = bayes.relax_goals(believed, _direction_prior(mind.velocity), _GOAL_RATE, elapsed)
+    return believed
+
+
+def _goals(
+    observation: PersonObservation, model: HumanModel, state: Habits | None, velocity: Vector
+) -> tuple[tuple[Goal, ...], FloatArray | None]:
+    """Candidate goals and the prior over them (None: uniform)."""
+    if observation.goal is not None and np.isfinite(observation.goal).all():
+        return (PointGoal(observation.goal),), None
+    fitting = [g for g in model.goals if len(g) == observation.position.size]
+    if fitting:
+        return tuple(PointGoal(g) for g in fitting), None
+    if state is None:
+        return (DirectionGoal(velocity), StandGoal()), np.array([0.95, 0.05])
+    modes = (DirectionGoal(state.extrapolated_velocity), DirectionGoal(state.mean_velocity), StandGoal())
+    return modes, _direction_prior(velocity)
+
+
+def _direction_prior(velocity: Vector) -> FloatArray:
+    return np.array(_DIRECTION_PRIOR["standing" if np.linalg.norm(velocity) < _STANDING else "walking"])
+
+
+def _covariance(observation: PersonObservation, model: HumanModel) -> FloatArray:
+    d = observation.position.size
+    given = observation.position_covariance
+    if given is not None and given.shape == (d, d) and np.isfinite(given).all() and (np.diag(given) >= 0).all():
+        return given
+    return np.eye(d) * model.measurement_noise**2
+
+
+def _velocity(mind: Mind, observation: PersonObservation, time: float) -> Vector:
+    """The observed velocity, or a difference of positions where the observation brings none."""
+    if observation.velocity is not None and np.isfinite(observation.velocity).all():
+        return observation.velocity
+    return frozen_array((observation.position - mind.measured) / (time - mind.seen))
