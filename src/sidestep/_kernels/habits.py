@@ -1,0 +1,211 @@
+"""One step of the filter over a person's past, and what the remembered velocities say about their habits.
+
+Layouts: `mean` (2d,) position then velocity; covariances (2d, 2d); `history` (H, 1 + 4d) rows, newest first: time,
+position, velocity, and per axis the variance of position and of velocity that measurement noise alone causes; NaN times
+mark empty rows.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from sidestep.types import FloatArray
+
+
+@njit(cache=True)
+def filter_step(
+    mean: FloatArray, covariance: FloatArray, noise: FloatArray, dt: float, density: float, z: FloatArray, r: FloatArray
+) -> None:
+    """Predict over `dt` and correct with the position `z` (d,), in place.
+
+    `covariance` is the usual error covariance; `noise` the part of it that measurement noise alone causes (Joseph form
+    without process noise): what a perfectly steady person would show. `r` (d, d) m², positive definite.
+    """
+    d = z.size
+    n = 2 * d
+    for i in range(d):
+        mean[i] += dt * mean[d + i]
+    for matrix in (covariance, noise):
+        for i in range(d):  # F·P
+            for j in range(n):
+                matrix[i, j] += dt * matrix[d + i, j]
+        for j in range(d):  # (F·P)·Fᵀ
+            for i in range(n):
+                matrix[i, j] += dt * matrix[i, d + j]
+    for i in range(d):
+        covariance[i, i] += density * dt**3 / 3.0
+        covariance[i, d + i] += density * dt**2 / 2.0
+        covariance[d + i, i] += density * dt**2 / 2.0
+        covariance[d + i, d + i] += density * dt
+    # Correlated axes of r are decorrelated by its Cholesky factor; then each axis is a scalar measurement.
+    factor = np.zeros((d, d))
+    for i in range(d):
+        for j in range(i + 1):
+            s = r[i, j]
+            for k in range(j):
+                s -= factor[i, k] * factor[j, k]
+            factor[i, j] = math.sqrt(max(s, 1e-12)) if i == j else s / factor[j, j]
+    rows = np.zeros((d, d))
+    white = np.zeros(d)
+    for i in range(d):
+        for j in range(d):
+            s = 1.0 if i == j else 0.0
+            for k in range(i):
+                s -= factor[i, k] * rows[k, j]
+            rows[i, j] = s / factor[i, i]
+        s = z[i]
+        for k in range(i):
+            s -= factor[i, k] * white[k]
+        white[i] = s / factor[i, i]
+    gain = np.empty(n)
+    for a in range(d):
+        _scalar_update(mean, covariance, noise, rows[a], white[a], gain)
+
+
+@njit(cache=True)
+def _scalar_update(
+    mean: FloatArray, covariance: FloatArray, noise: FloatArray, row: FloatArray, value: float, gain: FloatArray
+) -> None:
+    """Correct with one unit-variance measurement value = row·position, in place."""
+    n = mean.size
+    d = row.size
+    total = 1.0
+    for i in range(n):
+        s = 0.0
+        for j in range(d):
+            s += covariance[i, j] * row[j]
+        gain[i] = s
+    for j in range(d):
+        total += row[j] * gain[j]
+    residual = value
+    for j in range(d):
+        residual -= row[j] * mean[j]
+    for matrix in (covariance, noise):  # (I − K·h)·P·(I − K·h)ᵀ + K·Kᵀ, with K = gain/total
+        seen = np.zeros(n)
+        for i in range(n):
+            for j in range(d):
+                seen[i] += matrix[i, j] * row[j]
+        both = 1.0
+        for j in range(d):
+            both += row[j] * seen[j]
+        for i in range(n):
+            for j in range(i + 1):
+                k_i = gain[i] / total
+                k_j = gain[j] / total
+                updated = matrix[i, j] - k_i * seen[j] - seen[i] * k_j + k_i * k_j * both
+                matrix[i, j] = updated
+                matrix[j, i] = updated
+    for i in range(n):
+        mean[i] += gain[i] / total * residual
+
+
+@njit(cache=True)
+def remember(history: FloatArray, time: float, mean: FloatArray, noise: FloatArray, gap: float) -> None:
+    """Put the present estimate on top of `history`, in place; a row younger than `gap` s below it is replaced."""
+    d = mean.size // 2
+    rows = history.shape[0]
+    if not (rows > 1 and time - history[1, 0] < gap):
+        for i in range(rows - 1, 0, -1):
+            history[i] = history[i - 1]
+    history[0, 0] = time
+    for a in range(d):
+        history[0, 1 + a] = mean[a]
+        history[0, 1 + d + a] = mean[d + a]
+        history[0, 1 + 2 * d + a] = max(noise[a, a], 0.0)
+        history[0, 1 + 3 * d + a] = max(noise[d + a, d + a], 0.0)
+
+
+@njit(cache=True)
+def row_before(history: FloatArray, age: float, slack: float) -> int:
+    """Index of the newest row at least `age − slack` s older than the newest, or −1."""
+    for i in range(1, history.shape[0]):
+        if math.isnan(history[i, 0]):
+            return -1
+        if history[0, 0] - history[i, 0] >= age - slack:
+            return i
+    return -1
+
+
+@njit(cache=True)
+def oldest_within(history: FloatArray, age: float) -> int:
+    """Index of the oldest row at most `age` s older than the newest (0 when there is none)."""
+    best = 0
+    for i in range(1, history.shape[0]):
+        if math.isnan(history[i, 0]) or history[0, 0] - history[i, 0] > age + 1e-9:
+            break
+        best = i
+    return best
+
+
+@njit(cache=True)
+def steadiness_evidence(
+    history: FloatArray, scales: FloatArray, window: float, spacing: float, freedom: float, weights: FloatArray
+) -> int:
+    """Add to `weights` (C,) the log likelihood of the velocity changes in the last `window` s; return their number.
+
+    Velocities are mean ones over ≥ `spacing` s, from filtered positions. The change between two neighbours over τ₁, τ₂
+    is multivariate Student-t (`freedom`) with variance σ_c²·(τ₁ + τ₂) per axis plus that of the measurement noise: the
+    velocity walk whose position spreads by σ_c·τ^1.5.
+    """
+    d = (history.shape[1] - 1) // 4
+    newer, middle, found = 0, -1, 0
+    for i in range(1, history.shape[0]):
+        if math.isnan(history[i, 0]) or history[0, 0] - history[i, 0] > window + 1e-9:
+            break
+        if middle < 0:
+            if history[newer, 0] - history[i, 0] >= spacing - 1e-9:
+                middle = i
+            continue
+        tau2 = history[middle, 0] - history[i, 0]
+        if tau2 < spacing - 1e-9:
+            continue
+        tau1 = history[newer, 0] - history[middle, 0]
+        change = 0.0
+        jitter = 0.0
+        for a in range(d):
+            first = (history[newer, 1 + a] - history[middle, 1 + a]) / tau1
+            change += (first - (history[middle, 1 + a] - history[i, 1 + a]) / tau2) ** 2
+            jitter += history[newer, 1 + 2 * d + a] / tau1**2
+            jitter += history[middle, 1 + 2 * d + a] * (1.0 / tau1 + 1.0 / tau2) ** 2
+            jitter += history[i, 1 + 2 * d + a] / tau2**2
+        for c in range(scales.size):
+            variance = scales[c] ** 2 * (tau1 + tau2) + jitter / d
+            weights[c] -= 0.5 * d * math.log(variance) + 0.5 * (freedom + d) * math.log1p(change / (freedom * variance))
+        newer, middle = middle, i
+        found += 1
+    return found
+
+
+@njit(cache=True)
+def normalise_log(weights: FloatArray) -> None:
+    """Turn log weights into probabilities, in place."""
+    top = weights.max()
+    total = 0.0
+    for c in range(weights.size):
+        weights[c] = math.exp(weights[c] - top)
+        total += weights[c]
+    for c in range(weights.size):
+        weights[c] /= total
+
+
+@njit(cache=True)
+def turned(history: FloatArray, span: float, threshold: float) -> bool:
+    """Whether the velocity moved by more than `threshold` m/s + 2σ (σ: its noise per axis) in the last `span` s."""
+    d = (history.shape[1] - 1) // 4
+    slack = 0.01
+    for i in range(1, history.shape[0]):
+        if math.isnan(history[i, 0]):
+            return False
+        if i > 1 and history[0, 0] - history[i, 0] > span + slack:
+            return False
+        change = 0.0
+        jitter = 0.0
+        for a in range(d):
+            change += (history[0, 1 + d + a] - history[i, 1 + d + a]) ** 2
+            jitter += (history[0, 1 + 3 * d + a] + history[i, 1 + 3 * d + a]) / d
+        if math.sqrt(change) > threshold + 2.0 * math.sqrt(jitter):
+            return True
+    return False

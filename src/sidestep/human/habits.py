@@ -1,0 +1,259 @@
+"""What a person's own past says about them: where they are, how steadily they go, how often they change their mind.
+
+`Habits` is one frozen value; `update` returns the next one and never raises on what a sensor says. Nothing here looks
+at the robot: how awareness is learned is another matter (Eq. 8).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sidestep._kernels import habits as kernel
+from sidestep.human.habit_settings import HabitSettings
+from sidestep.types import FloatArray, Vector, VectorLike
+
+_ROWS = 40  # remembered instants; more than `window / gap`
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Habits:
+    """What is known of one person from their past.
+
+    Attributes:
+        settings: of the learning.
+        time: s, of the last observation that counted.
+        mean: (2d,) filtered position (m) and velocity (m/s); covariance: (2d, 2d) of its error.
+        noise: (2d, 2d) the part of the error that measurement noise and the unknown start alone would leave.
+        history: (H, 1 + 4d) remembered instants, newest first (see `_kernels.habits`).
+        steadiness: (C,) probability of each class σ_c.
+        changed, unchanged: forgetful counts n₁ and n₀.
+        top_speed: m/s, slowly forgotten.
+        mean_velocity: (d,) m/s over the last ≤ `mean_time` s.
+        extrapolated_velocity: (d,) m/s, v̂.
+
+    """
+
+    settings: HabitSettings
+    time: float
+    mean: FloatArray
+    covariance: FloatArray
+    noise: FloatArray
+    history: FloatArray
+    steadiness: FloatArray
+    changed: float
+    unchanged: float
+    top_speed: float
+    mean_velocity: Vector
+    extrapolated_velocity: Vector
+
+    @property
+    def position(self) -> Vector:
+        """(d,) m, filtered."""
+        return self.mean[: self.mean.size // 2]
+
+    @property
+    def velocity(self) -> Vector:
+        """(d,) m/s, filtered: the present velocity v₁."""
+        return self.mean[self.mean.size // 2 :]
+
+    @property
+    def position_covariance(self) -> FloatArray:
+        """(d, d) m²."""
+        d = self.mean.size // 2
+        return self.covariance[:d, :d]
+
+    @property
+    def velocity_covariance(self) -> FloatArray:
+        """(d, d) m²/s²."""
+        d = self.mean.size // 2
+        return self.covariance[d:, d:]
+
+    @property
+    def randomness(self) -> float:
+        """ω, from how often the velocity changed."""
+        s = self.settings
+        low, high = s.randomness_range
+        raw = (self.changed + s.changed_before) / (self.changed + self.unchanged + s.counts_before)
+        return min(max(raw, low), high)
+
+    @property
+    def standing(self) -> bool:
+        """Whether both the present and the mean velocity are below walking."""
+        limit = self.settings.standing_speed
+        return math.hypot(*self.velocity) < limit and math.hypot(*self.mean_velocity) < limit
+
+    def spread(self, times: VectorLike | FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the mixture of isotropic Gaussians around the predicted position.
+
+        Args:
+            times: (K,) s ahead (≥ 0).
+
+        Returns:
+            weights: (C,) of the classes, sum 1; sigmas: (K, C) m, σ(t)² = floor² + (σ_c·t^q)².
+
+        """
+        s = self.settings
+        q = s.standing_exponent if self.standing else s.walking_exponent
+        t = np.maximum(np.asarray(times, dtype=np.float64), 0.0)
+        return self.steadiness, np.sqrt(s.floor**2 + (t[:, None] ** q * s.scale_array) ** 2)
+
+
+def meet(
+    time: float,
+    position: VectorLike,
+    covariance: FloatArray | None = None,
+    *,
+    velocity: VectorLike | None = None,
+    velocity_covariance: FloatArray | None = None,
+    settings: HabitSettings | None = None,
+) -> Habits | None:
+    """Return what is known of a person at first sight, or None when the observation is not finite.
+
+    Args:
+        time: s.
+        position: (d,) m.
+        covariance: (d, d) m² of the position, or None for the settings' noise.
+        velocity: (d,) m/s from the past, or None when it was not seen yet.
+        velocity_covariance: (d, d) m²/s², or None for 0.3 m/s per axis.
+        settings: of the learning, or None for the defaults.
+
+    """
+    s = settings or HabitSettings()
+    z = np.array(position, dtype=np.float64)
+    if not (math.isfinite(time) and np.isfinite(z).all()):
+        return None
+    d = z.size
+    mean = np.concatenate([z, np.zeros(d)])
+    start = np.zeros((2 * d, 2 * d))
+    start[:d, :d] = _usable(covariance, d, s.measurement_noise)
+    start[d:, d:] = np.eye(d) * s.unknown_speed**2
+    if velocity is not None and np.isfinite(v := np.asarray(velocity, dtype=np.float64)).all():
+        speed = float(np.linalg.norm(v))
+        mean[d:] = v if speed <= s.top_speed else v * (s.top_speed / speed)
+        start[d:, d:] = _usable(velocity_covariance, d, 0.3)
+    history = np.full((_ROWS, 1 + 4 * d), np.nan)
+    kernel.remember(history, float(time), mean, start, s.gap)
+    weights = np.exp(s.log_prior)
+    return _frozen(
+        s, float(time), mean, start, start.copy(), history, weights, 0.0, 0.0, _speed(mean), mean[d:], mean[d:]
+    )
+
+
+def update(state: Habits, time: float, position: VectorLike, covariance: FloatArray | None = None) -> Habits:
+    """Return what is known after one more observation; the same state when it says nothing.
+
+    Not finite, repeated or late observations change nothing. After a silence longer than `time_out`, a clock that
+    jumped back by more than that, or a displacement that no person makes, the person is met anew.
+
+    Args:
+        state: what was known.
+        time: s.
+        position: (d,) m, measured.
+        covariance: (d, d) m² of the measurement, or None for the settings' noise.
+
+    """
+    s = state.settings
+    z = np.array(position, dtype=np.float64)
+    dt = time - state.time
+    d = state.mean.size // 2
+    if z.size != d or not (math.isfinite(dt) and all(map(math.isfinite, z))) or -s.time_out <= dt <= 1e-6:
+        return state
+    r = _usable(covariance, d, s.measurement_noise)
+    if dt > s.time_out or dt < 0 or _is_another(state, z, r, dt):
+        return meet(time, z, r, settings=s) or state
+    mean, cov, noise = state.mean.copy(), state.covariance.copy(), state.noise.copy()
+    history = state.history.copy()
+    kernel.filter_step(mean, cov, noise, dt, s.acceleration_density, z, r)
+    kernel.remember(history, time, mean, noise, s.gap)
+    weights = np.zeros(len(s.scales))
+    kernel.steadiness_evidence(history, s.scale_array, s.window, s.spacing, s.freedom, weights)
+    weights *= s.tempering
+    weights += s.log_prior
+    kernel.normalise_log(weights)
+    share = min(dt / s.change_time, 1.0)
+    kept = s.forgetting**share
+    moved = kernel.turned(history, s.change_time, s.change_speed)
+    changed = kept * state.changed + (share if moved else 0.0)
+    unchanged = kept * state.unchanged + (0.0 if moved else share)
+    top = max(_speed(mean) - math.sqrt(max(noise[d, d], 0.0)), state.top_speed * math.exp(-dt / s.top_speed_time))
+    mean_velocity, ahead = _velocities(history, mean, s)
+    return _frozen(s, float(time), mean, cov, noise, history, weights, changed, unchanged, top, mean_velocity, ahead)
+
+
+def _velocities(history: FloatArray, mean: FloatArray, s: HabitSettings) -> tuple[FloatArray, FloatArray]:
+    """Return the mean velocity over the last ≤ `mean_time` s and v̂ = v₁ + e·(v₁ − v₂), kept at a person's pace."""
+    d = mean.size // 2
+    present = mean[d:]
+    old = kernel.oldest_within(history, s.mean_time)
+    elapsed = history[0, 0] - history[old, 0]
+    average = (mean[:d] - history[old, 1 : 1 + d]) / elapsed if elapsed > 0 else present
+    before = kernel.row_before(history, s.extrapolation_time, 0.5 * s.gap)
+    if before < 0:
+        return average, present
+    change = present - history[before, 1 + d : 1 + 2 * d]
+    noise = history[0, 1 + 3 * d] + history[before, 1 + 3 * d]
+    # A change within its noise is no turn: shrink it by the share of its square that the noise explains.
+    square = float(change @ change)
+    trust = max(0.0, 1.0 - d * noise / square) if square > 0 else 0.0
+    return average, present + s.extrapolation * trust * change
+
+
+def _is_another(state: Habits, z: FloatArray, r: FloatArray, dt: float) -> bool:
+    d = z.size
+    jump = math.dist(z, state.mean[:d])
+    doubt = math.sqrt(max(state.covariance[i, i] for i in range(d)) + max(r[i, i] for i in range(d)))
+    return jump > state.settings.top_speed * dt + 6.0 * doubt + 0.5
+
+
+def _usable(covariance: FloatArray | None, d: int, sigma: float) -> FloatArray:
+    """Return `covariance` (+ 1 mm²) when finite and of no negative variance, else the isotropic one of `sigma`."""
+    r = np.zeros((d, d))
+    usable = covariance is not None and covariance.shape == (d, d) and all(map(math.isfinite, covariance.flat))
+    for i in range(d):
+        usable = usable and covariance is not None and covariance[i, i] >= 0
+    for i in range(d):
+        if usable and covariance is not None:
+            r[i] = covariance[i]
+            r[i, i] += 1e-6
+        else:
+            r[i, i] = sigma**2
+    return r
+
+
+def _speed(mean: FloatArray) -> float:
+    return math.hypot(*mean[mean.size // 2 :])
+
+
+def _frozen(
+    s: HabitSettings,
+    time: float,
+    mean: FloatArray,
+    covariance: FloatArray,
+    noise: FloatArray,
+    history: FloatArray,
+    steadiness: FloatArray,
+    changed: float,
+    unchanged: float,
+    top_speed: float,
+    mean_velocity: FloatArray,
+    extrapolated_velocity: FloatArray,
+) -> Habits:
+    for array in (mean, covariance, noise, history, steadiness, mean_velocity, extrapolated_velocity):
+        array.setflags(write=False)
+    return Habits(
+        settings=s,
+        time=time,
+        mean=mean,
+        covariance=covariance,
+        noise=noise,
+        history=history,
+        steadiness=steadiness,
+        changed=changed,
+        unchanged=unchanged,
+        top_speed=top_speed,
+        mean_velocity=mean_velocity,
+        extrapolated_velocity=extrapolated_velocity,
+    )
