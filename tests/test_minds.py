@@ -1,0 +1,123 @@
+"""What is remembered of a person between two calls."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sidestep import minds
+from sidestep.human.actions import ActionSet
+from sidestep.human.goals import DirectionGoal, PointGoal, StandGoal
+from sidestep.human.model import HumanModel
+from sidestep.human.observation import PersonObservation
+from sidestep.minds import Mind
+
+PAPER = HumanModel(
+    frame="world", motion_filter=False, steadiness=False, online_randomness=False, switch_rate=0, action_noise=0.05
+)
+STEP = 0.5
+ACTIONS = ActionSet(speed=0.5)
+
+
+def sees(position: tuple[float, float], **more: object) -> PersonObservation:
+    return PersonObservation(id="a", position=position, goal=(9.0, 0.0), **more)  # type: ignore[arg-type]
+
+
+def expecting(mind: Mind, concerned: tuple[float, float], unconcerned: tuple[float, float], time: float) -> Mind:
+    """An anchor at which the two kinds of people would act differently (ω = 0.2)."""
+    p = np.full((1, 2, len(ACTIONS)), 0.2 / len(ACTIONS))
+    for b, u in ((1, concerned), (0, unconcerned)):
+        p[0, b, int(np.argmin(((ACTIONS.velocities - u) ** 2).sum(axis=1)))] += 0.8
+    return minds.expect(mind, p, ACTIONS.velocities, time)
+
+
+def walk(u: tuple[float, float], calls: int) -> Mind:
+    mind = expecting(minds.meet(sees((0.0, 0.0)), PAPER, 0.0), (0.0, 1.0), (1.0, 0.0), 0.0)
+    for i in range(1, calls + 1):
+        t = STEP * i / calls
+        mind = minds.observe(mind, sees((u[0] * t, u[1] * t)), t, STEP)
+    return mind
+
+
+def test_the_two_kinds_are_told_apart() -> None:
+    assert walk((0.0, 1.0), 1).belief.concerned > 0.9
+    assert walk((1.0, 0.0), 1).belief.concerned < 0.1
+
+
+@pytest.mark.parametrize("calls", [2, 5, 20])
+def test_evidence_of_one_step_is_the_same_at_any_rate(calls: int) -> None:
+    assert walk((0.0, 1.0), calls).belief.concerned == pytest.approx(walk((0.0, 1.0), 1).belief.concerned, abs=0.02)
+
+
+def test_a_new_anchor_is_set_only_after_a_whole_step() -> None:
+    half = expecting(minds.meet(sees((0.0, 0.0)), PAPER, 0.0), (0.0, 1.0), (1.0, 0.0), 0.0)
+    half = minds.observe(half, sees((0.25, 0.0)), 0.25, STEP)
+    assert half.anchor is not None
+    assert expecting(half, (1.0, 0.0), (0.0, 1.0), 0.25).anchor is half.anchor
+    whole = minds.observe(half, sees((0.5, 0.0)), 0.5, STEP)
+    assert whole.anchor is None
+
+
+@pytest.mark.parametrize("where", [(30.0, 0.0), (0.0, -12.0)])
+def test_a_displacement_that_nobody_makes_is_no_evidence(where: tuple[float, float]) -> None:
+    mind = expecting(minds.meet(sees((0.0, 0.0)), PAPER, 0.0), (0.0, 1.0), (1.0, 0.0), 0.0)
+    assert minds.observe(mind, sees(where), STEP, STEP).belief.concerned == pytest.approx(0.5)
+
+
+def test_a_late_observation_leaves_the_belief_or_relaxes_it() -> None:
+    mind = walk((0.0, 1.0), 1)
+    mind = expecting(mind, (0.0, 1.0), (1.0, 0.0), STEP)
+    late = minds.observe(mind, sees((3.0, 0.5)), STEP + 10.0, STEP)
+    assert late.belief.concerned == pytest.approx(mind.belief.concerned)
+    forgetful = HumanModel(frame="world", motion_filter=False, switch_rate=0.1)
+    other = minds.meet(sees((0.0, 0.0)), forgetful, 0.0)
+    missed = minds.miss(other, 100.0)
+    assert missed.belief.concerned == pytest.approx(0.5)
+
+
+def test_someone_not_seen_is_carried_forward() -> None:
+    mind = minds.meet(sees((1.0, 2.0), velocity=(0.5, -0.5)), PAPER, 3.0)
+    np.testing.assert_allclose(minds.miss(mind, 5.0).position, (2.0, 1.0))
+
+
+def test_goals_are_given_listed_or_directions() -> None:
+    assert isinstance(minds.meet(sees((0.0, 0.0)), HumanModel(), 0.0).goals[0], PointGoal)
+    listed = HumanModel(goals=((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)))
+    stranger = PersonObservation(id="b", position=(0.0, 0.0), velocity=(1.0, 0.0))
+    assert len(minds.meet(stranger, listed, 0.0).goals) == 3
+    kinds = [type(g) for g in minds.meet(stranger, HumanModel(), 0.0).goals]
+    assert kinds == [DirectionGoal, DirectionGoal, StandGoal]
+
+
+def test_spread_grows_with_time_and_with_noise() -> None:
+    times = np.array([0.0, 0.5, 1.0, 4.0])
+    calm = minds.meet(PersonObservation(id="b", position=(0.0, 0.0), velocity=(1.0, 0.0)), HumanModel(), 0.0)
+    noisy = minds.meet(
+        PersonObservation(id="b", position=(0.0, 0.0), velocity=(1.0, 0.0), position_covariance=np.eye(2) * 0.04),
+        HumanModel(),
+        0.0,
+    )
+    weights, sigmas = calm.spread(times) or (np.zeros(0), np.zeros(0))
+    assert weights.sum() == pytest.approx(1)
+    assert (np.diff(sigmas, axis=0) > 0).all()
+    assert (noisy.spread(times)[1] > sigmas).all()  # type: ignore[index]
+    assert minds.meet(sees((0.0, 0.0)), PAPER, 0.0).spread(times) is None
+
+
+@settings(max_examples=40)
+@given(seed=st.integers(0, 100_000))
+def test_whatever_is_seen_the_belief_stays_a_probability(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mind = minds.meet(PersonObservation(id="b", position=rng.normal(size=2), velocity=None), HumanModel(), 0.0)
+    t = 0.0
+    for _ in range(12):
+        p = rng.dirichlet(np.ones(len(ACTIONS)), size=(len(mind.goals), 2))
+        mind = minds.expect(mind, p, ACTIONS.velocities, t)
+        t += float(rng.choice([0.01, 0.1, 0.5, 0.7, 5.0]))
+        seen = PersonObservation(id="b", position=rng.normal(size=2) * rng.choice([1.0, 1e3]), velocity=None)
+        mind = minds.observe(mind, seen, t, STEP)
+        assert 0 < mind.belief.concerned < 1
+        assert np.isfinite(mind.position).all()
+        assert np.isfinite(mind.velocity).all()
