@@ -64,31 +64,33 @@ class PlannerSettings:
 
     def __post_init__(self) -> None:
         for name in ("time_step", "timeout"):
-            _check(name, getattr(self, name), lambda v: math.isfinite(v) and v > 0, "a finite number > 0 (s)")
+            _within(name, getattr(self, name), "a finite number > 0 (s)", above=0.0)
         for name in ("horizon", "rounds"):
-            _check(name, getattr(self, name), lambda v: v >= 1, "an integer ≥ 1")
-        _check("risk_rule", self.risk_rule, lambda v: v in ("cells", "mass", "trajectory"), "cells, mass or trajectory")
-        _check("risk_limit", self.risk_limit, lambda v: 0 < v <= 1, "a probability in (0, 1]")
-        _check("goal_cost", self.goal_cost, lambda v: v in ("squared", "distance"), "squared or distance")
+            _within(name, getattr(self, name), "an integer ≥ 1", least=1)
+        if self.risk_rule not in ("cells", "mass", "trajectory"):
+            raise InvalidInput("planner.risk_rule", self.risk_rule, "cells, mass or trajectory")
+        if self.goal_cost not in ("squared", "distance"):
+            raise InvalidInput("planner.goal_cost", self.goal_cost, "squared or distance")
+        _within("risk_limit", self.risk_limit, "a probability in (0, 1]", above=0.0, most=1.0)
         for name in ("goal_weight", "effort_weight"):
             weight = getattr(self, name)
             for w in weight if isinstance(weight, tuple) else (weight,):
-                _check(name, w, lambda v: math.isfinite(v) and v >= 0, "a finite number ≥ 0")
+                _within(name, w, "a finite number ≥ 0", least=0.0)
         for name in ("soft_risk_weight", "memory"):
-            _check(name, getattr(self, name), lambda v: math.isfinite(v) and v >= 0, "a finite number ≥ 0")
+            _within(name, getattr(self, name), "a finite number ≥ 0", least=0.0)
         for name in ("clearance", "deadline"):
-            _check(
-                name, getattr(self, name), lambda v: v is None or (math.isfinite(v) and v > 0), "a number > 0, or none"
-            )
+            if getattr(self, name) is not None:
+                _within(name, getattr(self, name), "a finite number > 0, or none", above=0.0)
         for name in ("first_step_limit", "signal_belief"):
-            _check(name, getattr(self, name), lambda v: v is None or 0 < v <= 1, "a probability in (0, 1], or none")
-        _check("search_resolution", self.search_resolution, lambda v: v is None or v >= 1, "an integer ≥ 1, or none")
+            if getattr(self, name) is not None:
+                _within(name, getattr(self, name), "a probability in (0, 1], or none", above=0.0, most=1.0)
+        if self.search_resolution is not None:
+            _within("search_resolution", self.search_resolution, "an integer ≥ 1, or none", least=1)
 
 
-def _check(name: str, value: object, allowed: object, words: str) -> None:
-    try:
-        good = bool(allowed(value))  # type: ignore[operator]
-    except TypeError:
-        good = False
-    if not good:
+def _within(
+    name: str, value: object, words: str, *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf
+) -> None:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (number and math.isfinite(value) and value > above and least <= value <= most):
         raise InvalidInput(f"planner.{name}", value, words)
