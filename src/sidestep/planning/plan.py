@@ -46,7 +46,7 @@ class Plan:
         positions: (N+1, d) m, k = 0..N.
         velocities: (N, d) m/s.
         collision_probability: (N,) P_coll(k|t), k = 1..N, recomputed under the prediction that this plan induces.
-        risk: (N,) what the risk rule limits, at k = 1..N (rule "mass": P(a person within clearance), mid-steps included).
+        risk: (N,) what the risk rule limits, at k = 1..N ("mass": P(a person within clearance), mid-steps too).
         risk_limit: P_th of the rule.
         status: "certified", "least_risk" or "stopped".
         reason: one line of plain words for the status.

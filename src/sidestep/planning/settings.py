@@ -91,6 +91,7 @@ class PlannerSettings:
 def _within(
     name: str, value: object, words: str, *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf
 ) -> None:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not (number and math.isfinite(value) and value > above and least <= value <= most):
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InvalidInput(f"planner.{name}", value, words)
+    if not (math.isfinite(value) and value > above and least <= value <= most):
         raise InvalidInput(f"planner.{name}", value, words)
