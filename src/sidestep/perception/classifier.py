@@ -1,0 +1,117 @@
+"""Cluster features → probability of being a leg, both legs at once, or something else."""
+
+from __future__ import annotations
+
+import importlib.resources
+import zipfile
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sidestep._kernels.forest import mean_leaf_values
+from sidestep.errors import InvalidFile
+from sidestep.perception.clusters import FEATURES
+from sidestep.types import FloatArray
+
+CLASSES = ("other", "leg", "both legs")
+"""What a cluster can be."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LegClassifier:
+    """A forest of decision trees over `clusters.FEATURES`, as plain arrays. T trees, M nodes in all.
+
+    Trained with balanced classes: the ratio of two probabilities is a likelihood ratio, free of any prior.
+
+    Attributes:
+        roots: (T,) node at which each tree begins.
+        features: (M,) column that each node looks at; −1 marks a leaf.
+        thresholds: (M,) left where the value is ≤ the threshold.
+        children: (M, 2) nodes.
+        values: (M, len(CLASSES)) class probabilities.
+    """
+
+    roots: NDArray[np.int32]
+    features: NDArray[np.int16]
+    thresholds: NDArray[np.float32]
+    children: NDArray[np.int32]
+    values: NDArray[np.float32]
+
+    def probabilities(self, features: FloatArray) -> FloatArray:
+        """Return (C, len(CLASSES)) probabilities for features (C, len(FEATURES))."""
+        return mean_leaf_values(*self._arrays(features))
+
+    def _arrays(self, features: FloatArray) -> tuple[Any, ...]:
+        return features, self.roots, self.features, self.thresholds, self.children, self.values
+
+    @cached_property
+    def size(self) -> int:
+        """Number of nodes."""
+        return int(self.features.size)
+
+    def save(self, path: str | Path) -> None:
+        """Write to a `.npz` archive of plain arrays (nothing in it is executed on reading)."""
+        with Path(path).open("wb") as stream:
+            np.savez_compressed(
+                stream,
+                roots=self.roots,
+                features=self.features,
+                thresholds=self.thresholds,
+                children=self.children,
+                values=np.rint(self.values * 255).astype(np.uint8),
+                columns=np.array(FEATURES),
+            )
+
+
+def load_classifier(path: str | Path | None = None) -> LegClassifier:
+    """Read a classifier; without `path` the one that comes with the package, trained on simulated scans.
+
+    Raises:
+        InvalidFile: the file is no classifier, or was trained on other features.
+    """
+    if path is None:
+        with importlib.resources.as_file(importlib.resources.files("sidestep.perception") / "legs.npz") as shipped:
+            return _read(shipped)
+    return _read(Path(path))
+
+
+def _read(path: Path) -> LegClassifier:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        values = arrays["values"].astype(np.float32)
+        classifier = LegClassifier(
+            roots=arrays["roots"].astype(np.int32),
+            features=arrays["features"].astype(np.int16),
+            thresholds=arrays["thresholds"].astype(np.float32),
+            children=arrays["children"].astype(np.int32),
+            values=values / np.maximum(values.sum(axis=1, keepdims=True), 1.0),
+        )
+        columns = tuple(str(name) for name in arrays["columns"])
+    except FileNotFoundError:
+        raise InvalidFile(str(path), "no such file", "a classifier written by `sidestep lab --train`") from None
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise InvalidFile(str(path), str(error), "a classifier written by `sidestep lab --train`") from None
+    if columns != FEATURES or not _sound(classifier):
+        raise InvalidFile(str(path), columns, "trained on the features of this version", "train it again")
+    return classifier
+
+
+def _sound(c: LegClassifier) -> bool:
+    """Return whether every node points forward to nodes that exist: then each walk ends at a leaf."""
+    count = c.size
+    inner = c.features >= 0
+    here = np.arange(count)[inner, None]
+    return bool(
+        c.thresholds.shape == (count,)
+        and c.children.shape == (count, 2)
+        and c.values.shape == (count, len(CLASSES))
+        and c.roots.size > 0
+        and np.all((c.roots >= 0) & (c.roots < count))
+        and np.all(c.features < len(FEATURES))
+        and np.all((c.children[inner] > here) & (c.children[inner] < count))
+    )
