@@ -1,0 +1,210 @@
+"""Where people were predicted to be, seen from one instant, beside what the robot planned then."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Circle
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
+
+from sidestep.lattice import Lattice
+from sidestep.simulation.record import Record, Snapshot
+from sidestep.types import FloatArray, IntArray
+from sidestep.viewer import style
+from sidestep.viewer.approach import closest_approaches, distances, people_by_nearness
+from sidestep.viewer.figure_scene import AXIS_NAMES, Plane, draw_walls
+
+AHEAD = ("#E8B400", "#C8512A", "#7A1E6C", "#23124F")
+"""Near to far future: light to dark, so that the order survives a grey print."""
+
+
+FAINTEST = 0.003
+"""Cells with less probability stay white."""
+
+STRIP = 0.25
+"""m; half the height at which a line's cells are drawn in a plane."""
+
+
+def chosen_steps(record: Record, most: int = 4) -> list[int]:
+    """Return at most `most` recorded steps with a snapshot, from the start to shortly after the closest approach."""
+    steps = np.unique([s.step for s in record.snapshots])
+    if len(steps) <= most:
+        return [int(s) for s in steps]
+    near = closest_approaches(record)
+    until = near[0].time + 0.5 if near else float(record.time[-1])
+    wanted = np.linspace(float(record.time[0]), max(until, float(record.time[steps[min(most, len(steps)) - 1]])), most)
+    nearest = [int(steps[np.argmin(np.abs(record.time[steps] - t))]) for t in wanted]
+    return sorted(set(nearest))
+
+
+def draw_prediction(axes: Axes, record: Record, step: int, plane: Plane = (0, 1)) -> None:
+    """Draw one panel: the predicted occupancy at a few instants ahead of `step`, and the plan at the same instants."""
+    snapshots = [s for s in record.snapshots if s.step == step]
+    instants = shown_instants(snapshots)
+    draw_walls(axes, record, plane)
+    for snapshot in snapshots:
+        for order, k in enumerate(instants):
+            for row in np.flatnonzero(snapshot.instants == k):
+                draw_occupancy(axes, snapshot, int(row), ahead_colour(order, len(instants)), plane)
+    _draw_now(axes, record, step, plane)
+    _draw_plan(axes, record, step, instants, plane)
+    style.style_axes(
+        axes,
+        x=f"{AXIS_NAMES[plane[0]]} (m)",
+        y=f"{AXIS_NAMES[plane[1]]} (m)",
+        title=f"seen at {record.time[step]:.1f} s",
+        grid=False,
+    )
+
+
+def frame_predictions(panels: Sequence[Axes], record: Record, steps: Sequence[int], plane: Plane = (0, 1)) -> None:
+    """Give all panels one scale, each centred on the robot, its plan, and the nearest person at that step."""
+    boxes: list[tuple[FloatArray, FloatArray]] = []
+    _, gaps = distances(record)
+    for step in steps:
+        near = int(np.nanargmin(gaps[step])) if np.isfinite(gaps[step]).any() else None
+        points = [record.robot_positions[step][None], record.plans[step]]
+        points += [record.people_positions[step, near][None]] if near is not None else []
+        flat = np.concatenate(points)[:, list(plane)]
+        boxes.append((np.nanmin(flat, axis=0), np.nanmax(flat, axis=0)))
+    half = 0.9 + min(max(float((high - low).max()) / 2 for low, high in boxes), 4.0)
+    for axes, (low, high) in zip(panels, boxes, strict=True):
+        x, y = (float(c) for c in (low + high) / 2)
+        axes.set_xlim(x - half, x + half)
+        axes.set_ylim(y - half, y + half)
+        axes.set_aspect("equal")
+        axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+        axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+
+
+def draw_prediction_over_time(axes: Axes, record: Record, step: int) -> None:
+    """Draw one panel of a 1-D record: occupancy over position (upright) and time ahead (across)."""
+    now = float(record.time[step])
+    for snapshot in (s for s in record.snapshots if s.step == step):
+        rank = int(people_by_nearness(record)[snapshot.person])
+        half = snapshot.spacing / 2
+        for row, k in enumerate(snapshot.instants):
+            p = snapshot.probability[row]
+            y = _lattice_of(snapshot, p.shape).positions()[..., 0]
+            kept = p > FAINTEST
+            axes.bar(
+                np.full(int(kept.sum()), now + int(k) * record.time_step),
+                2 * half,
+                width=0.8 * record.time_step,
+                bottom=y[kept] - half,
+                color=[(*to_rgb(style.person_colour(rank)), float(a)) for a in 0.08 + 0.92 * np.sqrt(p[kept])],
+            )
+    plan = record.plans[step, :, 0]
+    axes.plot(now + record.time_step * np.arange(len(plan)), plan, color=style.ROBOT, marker="o", markersize=4)
+    style.style_axes(axes, x="time (s)", y="position (m)", title=f"seen at {now:.1f} s", grid=False)
+
+
+def shown_instants(snapshots: Sequence[Snapshot]) -> IntArray:
+    """Return at most four instants (steps ahead), spread over those that the snapshots hold, without "now"."""
+    held = np.unique(np.concatenate([s.instants for s in snapshots])) if snapshots else np.zeros(0, dtype=np.int64)
+    held = held[held > 0]
+    if len(held) <= len(AHEAD):
+        return held
+    return held[np.unique(np.linspace(0, len(held) - 1, len(AHEAD)).round().astype(np.int64))]
+
+
+def ahead_labels(record: Record, step: int) -> list[tuple[str, str]]:
+    """Return (colour, text) for the instants ahead that `draw_prediction` shows."""
+    instants = shown_instants([s for s in record.snapshots if s.step == step])
+    return [
+        (ahead_colour(order, len(instants)), f"{int(k) * record.time_step:g} s") for order, k in enumerate(instants)
+    ]
+
+
+def ahead_colour(order: int, count: int) -> str:
+    """Return the colour of instant `order` among `count` shown ones."""
+    return AHEAD[round(order * (len(AHEAD) - 1) / max(count - 1, 1))]
+
+
+def _lattice_of(snapshot: Snapshot, shape: tuple[int, ...]) -> Lattice:
+    return Lattice(
+        origin=snapshot.origin, spacing=snapshot.spacing, radius=(shape[0] - 1) // 2, rotation=snapshot.rotation
+    )
+
+
+def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane: Plane) -> QuadMesh | None:
+    """Shade the cells of `snapshot.probability[row]`; the square root keeps the tails visible beside the peak."""
+    p, x, y = _in_plane(_lattice_of(snapshot, snapshot.probability[row].shape), snapshot.probability[row], plane)
+    alpha = np.sqrt(p / max(float(p.max()), 1e-12))
+    alpha[p < FAINTEST] = 0.0
+    kept = np.argwhere(alpha > 0)
+    if len(kept) == 0:
+        return None
+    (a0, b0), (a1, b1) = kept.min(axis=0), kept.max(axis=0) + 1
+    colours = np.concatenate([np.broadcast_to(to_rgb(colour), (*p.shape, 3)), 0.7 * alpha[..., None]], axis=-1)
+    corners = (slice(a0, a1 + 1), slice(b0, b1 + 1))
+    return axes.pcolormesh(x[corners], y[corners], colours[a0:a1, b0:b1], rasterized=True, zorder=2)
+
+
+def _in_plane(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return cells (m, n) of one plane of the world and the coordinates of their corners (m+1, n+1)."""
+    if lattice.dimension == 3:
+        return _projected(lattice, p, plane)
+    edges = (np.arange(lattice.width + 1) - lattice.radius - 0.5) * lattice.spacing
+    if lattice.dimension == 1:
+        x, y = np.meshgrid(lattice.rotation[0, 0] * edges + lattice.origin[0], (-STRIP, STRIP), indexing="ij")
+        return p[:, None], x, y
+    local: FloatArray = np.stack(np.meshgrid(edges, edges, indexing="ij"), axis=-1, dtype=np.float64)
+    world = lattice.to_world(local)
+    return p, world[..., 0], world[..., 1]
+
+
+def _projected(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Sum a 3-D occupancy onto a plane of the world: (cells), and the corners' coordinates."""
+    points = lattice.positions().reshape(-1, 3)[:, list(plane)]
+    centre = lattice.origin[list(plane)]
+    reach = (np.ceil(lattice.radius * np.sqrt(3)) + 0.5) * lattice.spacing
+    edges = np.arange(-reach, reach + 0.5 * lattice.spacing, lattice.spacing)
+    bins = (edges + centre[0], edges + centre[1])
+    total, x, y = np.histogram2d(points[:, 0], points[:, 1], bins=bins, weights=p.ravel())
+    return total, *np.meshgrid(x, y, indexing="ij")
+
+
+def _draw_now(axes: Axes, record: Record, step: int, plane: Plane) -> None:
+    i, j = plane
+    ranks = people_by_nearness(record)
+    discs = [(record.robot_positions[step], record.robot_radius, style.ROBOT)]
+    for person, rank in enumerate(ranks):
+        discs.append(
+            (record.people_positions[step, person], float(record.people_radii[person]), style.person_colour(int(rank)))
+        )
+    for position, radius, colour in discs:
+        if np.isfinite(position).all():
+            axes.add_patch(
+                Circle(
+                    (float(position[i]), float(position[j])),
+                    radius,
+                    facecolor=colour,
+                    edgecolor="white",
+                    linewidth=1.0,
+                    zorder=5,
+                )
+            )
+
+
+def _draw_plan(axes: Axes, record: Record, step: int, instants: IntArray, plane: Plane) -> None:
+    plan = record.plans[step][:, list(plane)]
+    axes.plot(*plan.T, color=style.ROBOT, linewidth=1.5, zorder=7)
+    for order, k in enumerate(instants):
+        if k < len(plan):
+            axes.add_patch(
+                Circle(
+                    (float(plan[k, 0]), float(plan[k, 1])),
+                    record.robot_radius,
+                    facecolor="none",
+                    edgecolor=ahead_colour(order, len(instants)),
+                    linewidth=2.0,
+                    zorder=6,
+                    path_effects=[withStroke(linewidth=4.0, foreground="white")],
+                )
+            )

@@ -1,0 +1,184 @@
+"""Figures say what the record says, readably, without touching global state."""
+
+from __future__ import annotations
+
+import logging
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from PIL import Image
+
+from made_records import made_record
+from sidestep.errors import OutputError
+from sidestep.lattice import heading_rotation
+from sidestep.simulation.record import Record
+from sidestep.viewer import style
+from sidestep.viewer.approach import closest_approaches, distances
+from sidestep.viewer.figure_occupancy import AHEAD, chosen_steps, draw_occupancy
+from sidestep.viewer.figure_scene import time_marks
+from sidestep.viewer.figures import run_figure, save_figure
+
+WALL = np.array([[1.5, -1.0], [3.0, -1.0], [3.0, -3.0], [1.5, -3.0]])
+KINDS = {
+    "one person": {},
+    "two people and walls": {"people": 2, "walls": [WALL, WALL - [5.0, 0.0]]},
+    "a crowd, awareness unknown, one comes late": {"people": 9, "awareness_known": False, "late": True},
+    "alone": {"people": 0},
+    "no snapshots": {"snapshots": False},
+    "on a line": {"dimension": 1, "people": 2},
+    "in space": {"dimension": 3, "people": 2},
+    "three steps": {"steps": 3},
+}
+
+
+def panels(figure: Figure, label: str) -> list:
+    return [axes for axes in figure.axes if axes.get_ylabel() == label]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_record_is_drawn_without_complaint(kind, tmp_path, caplog):
+    with caplog.at_level(logging.WARNING, logger="matplotlib"):
+        path = save_figure(run_figure(made_record(**KINDS[kind])), tmp_path / "run.png")
+    assert not caplog.records
+    with Image.open(path) as opened:
+        picture = np.asarray(opened.convert("L"))
+    assert picture.shape[1] >= 1500
+    assert 0.01 < (picture < 200).mean() < 0.5
+    assert [p.name for p in tmp_path.iterdir()] == ["run.png"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_axes_carry_units_and_no_text_leaves_the_figure(kind):
+    figure = run_figure(made_record(**KINDS[kind]))
+    figure.draw_without_rendering()
+    labels = {axes.get_ylabel() for axes in figure.axes} | {axes.get_xlabel() for axes in figure.axes}
+    assert {"distance (m)", "P(concerned)", "probability", "time (s)"} <= labels
+    assert all("(" in label for label in labels - {"", "probability"})
+    frame = figure.bbox
+    for text in figure.findobj(Text):
+        box = text.get_window_extent()
+        if text.get_visible() and text.get_text() and box.width > 0 and text.get_clip_on() is False:
+            assert box.x0 > -2, text.get_text()
+            assert box.x1 < frame.width + 2, text.get_text()
+            assert text.get_fontsize() >= 9, text.get_text()
+
+
+def test_series_are_the_record():
+    record = made_record(people=1)
+    figure = run_figure(record)
+    (belief,) = panels(figure, "P(concerned)")
+    assert any(np.array_equal(line.get_ydata(), record.beliefs[:, 0]) for line in belief.get_lines())
+    (risk,) = panels(figure, "probability")
+    assert np.allclose(risk.get_lines()[0].get_ydata(), np.maximum(record.risk.max(axis=1), 1e-4))
+    heights = [float(np.unique(line.get_ydata())[0]) for line in risk.get_lines()[2:]]
+    assert record.risk_limit in heights
+    (distance,) = panels(figure, "distance (m)")
+    flat = {float(line.get_ydata()[0]) for line in distance.get_lines() if len(np.unique(line.get_ydata())) == 1}
+    assert {record.clearance, 0.6} <= flat
+
+
+def test_steps_that_are_not_certified_are_shaded():
+    record = made_record()
+    (risk,) = panels(run_figure(record), "probability")
+    assert len(risk.patches) == record.status.count("least_risk") > 0
+    (risk,) = panels(run_figure(replace(record, status=("certified",) * len(record.status))), "probability")
+    assert len(risk.patches) == 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 2, 3]))
+def test_closest_approach_is_that_of_a_fine_interpolation(seed, people, dimension):
+    record = made_record(seed=seed, people=people, dimension=dimension, late=True)
+    times, fine = distances(record, between=400)
+    for approach in closest_approaches(record):
+        assert approach.distance <= np.nanmin(fine[:, approach.person]) + 1e-9
+        assert approach.distance == pytest.approx(np.nanmin(fine[:, approach.person]), abs=2e-3)
+        between = np.linalg.norm(approach.robot_position - approach.person_position)
+        assert between == pytest.approx(approach.distance, abs=1e-9)
+        assert times[0] <= approach.time <= times[-1]
+
+
+def test_a_person_who_is_never_seen_is_left_out():
+    record = made_record(people=2)
+    positions = record.people_positions.copy()
+    positions[:, 1] = np.nan
+    record = replace(record, people_positions=positions)
+    assert [a.person for a in closest_approaches(record)] == [0]
+    run_figure(record).draw_without_rendering()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.5])
+def test_the_darkest_cell_lies_where_the_probability_is_largest(angle):
+    record = made_record()
+    rotation = heading_rotation([np.cos(angle), np.sin(angle)])
+    snapshot = replace(record.snapshots[3], rotation=rotation)
+    axes = style.new_figure(3, 3).add_subplot()
+    for row in (1, 4):
+        mesh = draw_occupancy(axes, snapshot, row, "#000000", (0, 1))
+        assert isinstance(mesh, QuadMesh)
+        alpha = np.asarray(mesh.get_array())[..., 3]
+        corners = mesh.get_coordinates()
+        a, b = np.unravel_index(np.argmax(alpha), alpha.shape)
+        centre = corners[a : a + 2, b : b + 2].mean(axis=(0, 1))
+        cell = np.array(np.unravel_index(np.argmax(snapshot.probability[row]), snapshot.probability[row].shape))
+        radius = (snapshot.probability.shape[1] - 1) // 2
+        assert np.allclose(centre, snapshot.origin + rotation @ (snapshot.spacing * (cell - radius)))
+
+
+def test_snapshots_are_chosen_around_the_encounter():
+    record = made_record()
+    steps = chosen_steps(record)
+    assert 2 <= len(steps) <= 4
+    assert steps[0] == 0
+    nearest = closest_approaches(record)[0].time
+    assert abs(record.time[steps[-1]] - nearest) <= 1.5
+    assert chosen_steps(made_record(snapshots=False)) == []
+
+
+@pytest.mark.parametrize("span", [0.3, 1.0, 12.0, 100.0, 5000.0])
+def test_time_marks_are_few_and_round(span):
+    record = made_record()
+    record = replace(record, time=np.linspace(0.0, span, len(record.time)))
+    marks = time_marks(record)
+    assert 1 <= len(marks) <= 10
+    assert np.allclose(marks % 0.5, 0.0)
+
+
+def test_far_futures_are_darker():
+    light = [np.dot(to_rgb(colour), (0.2126, 0.7152, 0.0722)) for colour in AHEAD]
+    assert all(a > b + 0.05 for a, b in pairwise(light))
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(OutputError, match="nowhere"):
+        save_figure(run_figure(made_record(snapshots=False)), tmp_path / "nowhere" / "run.png")
+
+
+def test_pyplot_is_never_imported():
+    code = (
+        "import sys, sidestep.viewer.animation, sidestep.viewer.figures; sys.exit('matplotlib.pyplot' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parent, check=False).returncode == 0
+
+
+def test_no_record_is_changed_by_drawing():
+    record = made_record(people=2)
+    before = {
+        name: np.array(getattr(record, name))
+        for name in Record.__dataclass_fields__
+        if name != "settings" and isinstance(getattr(record, name), np.ndarray)
+    }
+    run_figure(record).draw_without_rendering()
+    for name, values in before.items():
+        assert np.array_equal(values, getattr(record, name), equal_nan=values.dtype.kind == "f"), name
