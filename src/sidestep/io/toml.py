@@ -1,0 +1,66 @@
+"""Nested tables as TOML text (the standard library only reads it), and a word for "no value", which TOML lacks."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+NONE = "none"
+"""In a scenario file, `field = "none"` switches off what a default would switch on."""
+
+
+def to_toml(data: Mapping[str, Any]) -> str:
+    """TOML text of nested tables, lists of tables, numbers, booleans, texts and lists; None becomes "none"."""
+    return "\n".join(_lines(data, "")) + "\n"
+
+
+def without_none(value: Any) -> Any:
+    """The same nested tables and lists with None for each "none"."""
+    if isinstance(value, Mapping):
+        return {key: without_none(inner) for key, inner in cast(Mapping[str, Any], value).items()}
+    if isinstance(value, list):
+        return [without_none(inner) for inner in cast(list[Any], value)]
+    return None if value == NONE else value
+
+
+def _lines(table: Mapping[str, Any], prefix: str) -> list[str]:
+    lines: list[str] = []
+    tables: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        entries = cast(list[Any], value) if isinstance(value, list) else []
+        if _is_table(value) or (entries and all(_is_table(entry) for entry in entries)):
+            tables.append((key, value))
+        else:
+            lines.append(f"{_key(key)} = {_inline(value)}")
+    for key, value in tables:
+        name = f"{prefix}{_key(key)}"
+        header, entries = (f"[{name}]", [value]) if _is_table(value) else (f"[[{name}]]", value)
+        for entry in entries:
+            lines += ["", header, *_lines(entry, f"{name}.")]
+    return lines
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, Mapping)
+
+
+def _key(key: str) -> str:
+    bare = key.replace("_", "").replace("-", "")
+    return key if bare.isascii() and bare.isalnum() else json.dumps(key)
+
+
+def _inline(value: Any) -> str:
+    if value is None:
+        return json.dumps(NONE)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return repr(value)  # inf and nan are TOML, too
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_inline(v) for v in cast(Sequence[Any], value)) + "]"
+    if _is_table(value):
+        return "{ " + ", ".join(f"{_key(k)} = {_inline(v)}" for k, v in value.items()) + " }"
+    return str(value)

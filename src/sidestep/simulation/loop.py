@@ -1,0 +1,266 @@
+"""The one place that orders observe → believe → predict → plan → move, and that owns the random generator."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sidestep.human.observation import PersonObservation
+from sidestep.planning.anticipate import carried_forward, straight
+from sidestep.planning.plan import Plan
+from sidestep.robots import RobotState
+from sidestep.simulation.assembly import (
+    check_places,
+    obstacles_of,
+    planner_of,
+    recorded_people,
+    robot_of,
+    start_of,
+    walls_of,
+)
+from sidestep.simulation.navigators import Answer, Navigator
+from sidestep.simulation.people import Builder, Person, Surroundings, build_people
+from sidestep.simulation.record import Record
+from sidestep.simulation.recorder import Recorder
+from sidestep.simulation.recordings import Recording
+from sidestep.simulation.scenario import Scenario
+from sidestep.simulation.sensing import Sensor
+from sidestep.types import FloatArray, Path, Vector
+
+if TYPE_CHECKING:
+    from sidestep.obstacles import Obstacles
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Step:
+    """What a watcher sees of each control step.
+
+    Attributes:
+        index: of the step; time: s, at its beginning.
+        robot: state then; observations: what the planner was told of people.
+        motion: in force; planned: it was made at this step.
+        distance: m from the robot to its goal.
+    """
+
+    index: int
+    time: float
+    robot: RobotState
+    observations: Sequence[PersonObservation]
+    motion: Answer
+    planned: bool
+    distance: float
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    navigator: Navigator | None = None,
+    seed: int | None = None,
+    recording: Recording | None = None,
+    obstacles: Obstacles | None = None,
+    kinds: Mapping[str, Builder] | None = None,
+    on_step: Callable[[Step], object] | None = None,
+    snapshots: int = 6,
+) -> Record:
+    """Run a scenario from its start to the goal, or until its duration is over.
+
+    The same scenario and seed give the same run; people, sensor and robot each draw from a stream of their own, so
+    that runs of different navigators are paired. On KeyboardInterrupt the whole steps done so far are returned.
+
+    Args:
+        scenario: the run.
+        navigator: drives the robot; None: the planner that the scenario describes.
+        seed: instead of the scenario's.
+        recording: the recorded people that `scenario.recording` names.
+        obstacles: walls; None: the scenario's polygons.
+        kinds: builders for kinds of people that this room does not know.
+        on_step: called after each step, before the robot moves on.
+        snapshots: steps of which predicted occupancies are kept in the record.
+
+    Raises:
+        InvalidInput: something is inside a wall or too close at the start, or a name is unknown.
+    """
+    if seed is not None:
+        scenario = scenario.model_copy(update={"seed": seed})
+    run = Run(
+        scenario,
+        navigator=navigator,
+        recording=recording,
+        obstacles=obstacles,
+        kinds=kinds,
+        on_step=on_step,
+        snapshots=snapshots,
+    )
+    return run.finish()
+
+
+class Run:
+    """One run while it lasts: `finish` for the whole of it, or `advance` step by step. Arguments as for `simulate`."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        navigator: Navigator | None = None,
+        recording: Recording | None = None,
+        obstacles: Obstacles | None = None,
+        kinds: Mapping[str, Builder] | None = None,
+        on_step: Callable[[Step], object] | None = None,
+        snapshots: int = 6,
+    ) -> None:
+        self.scenario = scenario
+        self.obstacles = obstacles_of(scenario) if obstacles is None else obstacles
+        streams = [
+            np.random.Generator(np.random.PCG64(s))
+            for s in np.random.SeedSequence(scenario.seed).spawn(len(scenario.people) + 1)
+        ]
+        simulated = build_people(scenario, streams[1:], kinds=kinds)
+        self.people: list[Person] = [*simulated, *recorded_people(scenario, recording)]
+        check_places(scenario, self.obstacles, self.people)
+        self.sensor = Sensor(
+            scenario.measurement,
+            step=scenario.step,
+            dimension=scenario.dimension,
+            generator=streams[0],
+            noisy=recording is not None,
+            obstacles=self.obstacles,
+        )
+        self.robot = robot_of(scenario)
+        self.state = start_of(scenario)
+        self.goal = np.array(scenario.robot.goal)
+        self.navigator = planner_of(scenario, self.obstacles) if navigator is None else navigator
+        self.navigator.reset()
+        self.recorder = Recorder(scenario, self.people, snapshots)
+        self.on_step = on_step
+        self.places = self._places(0.0)
+        self.drift = np.zeros_like(self.places)
+        self.motion: Answer
+        self.command: Vector
+        self.planned_at = 0.0
+        self.index = 0
+        self.every = round(scenario.period / scenario.step)
+        self.sensor.warm_up(self.people, scenario.step)
+        self.recorder.instant(0.0, self.state.position, self.state.heading, self.places)
+
+    @property
+    def time(self) -> float:
+        """Seconds since the run began."""
+        return self.index * self.scenario.step
+
+    def finish(self) -> Record:
+        """Run to the end."""
+        s = self.scenario
+        reached = False
+        try:
+            for _ in range(max(round(s.duration / s.step), 1)):
+                if self.advance():
+                    reached = True
+                    if s.stop_at_goal:
+                        break
+        except KeyboardInterrupt:
+            pass
+        return self.record(reached)
+
+    def advance(self) -> bool:
+        """Do one control step; return whether the robot is at its goal after it."""
+        reached = self._step(self.index, planned=self.index % self.every == 0)
+        self.index += 1
+        return reached
+
+    def record(self, reached: bool) -> Record:
+        """Return what has happened so far."""
+        return self.recorder.record(reached, walls_of(self.scenario))
+
+    def _step(self, index: int, *, planned: bool) -> bool:
+        """One control step; whether the robot is at its goal after it."""
+        now, step = index * self.scenario.step, self.scenario.step
+        observations = self.sensor.observe(now, self.state.position, self.people)
+        spent = self._plan(now, observations) if planned else 0.0
+        self._people_decide(now)
+        self.recorder.step(
+            self.motion, self.motion.status, planning_time=spent, age=now - self.planned_at, planned=planned
+        )
+        if self.on_step is not None:
+            distance = float(np.linalg.norm(self.state.position - self.goal))
+            self.on_step(
+                Step(
+                    index=index,
+                    time=now,
+                    robot=self.state,
+                    observations=observations,
+                    motion=self.motion,
+                    planned=planned,
+                    distance=distance,
+                )
+            )
+        for person in self.people:
+            person.move(now, now + step)
+        self.state = self._moved(step)
+        before, self.places = self.places, self._places(now + step)
+        self.drift = (self.places - before) / step
+        self.recorder.instant(now + step, self.state.position, self.state.heading, self.places)
+        return float(np.linalg.norm(self.state.position - self.goal)) <= self.scenario.robot.goal_tolerance
+
+    def _plan(self, now: float, observations: Sequence[PersonObservation]) -> float:
+        """Ask the navigator; seconds of wall clock that it took."""
+        began = clock.perf_counter()
+        self.motion = self.navigator.step(time=now, robot=self.state, people=observations)
+        spent = clock.perf_counter() - began
+        self.planned_at = now
+        motion = self.motion
+        self.command = motion.command if isinstance(motion, Plan) else self.robot.command(motion.velocity, self.state)
+        return spent
+
+    def _moved(self, step: float) -> RobotState:
+        """The robot's state one control step later; a wall stops it."""
+        after = self.robot.executed(self.command, self.state, step)
+        walls = self.obstacles
+        if walls is not None and not walls.segment_free(self.state.position[None], after.position[None], margin=0.0)[0]:
+            still = np.zeros(self.scenario.dimension)
+            return RobotState(position=self.state.position, heading=self.state.heading, velocity=still)
+        return after
+
+    def _people_decide(self, now: float) -> None:
+        if not self.people:
+            return
+        motion = self.motion
+        path = self._anticipated(now)
+        signal = isinstance(motion, Plan) and motion.signal
+        for i, person in enumerate(self.people):
+            person.decide(
+                Surroundings(
+                    time=now,
+                    time_step=self.scenario.planner.time_step,
+                    robot_path=path,
+                    robot_velocity=motion.velocity,
+                    robot_radius=self.scenario.robot.radius,
+                    others=self.places,
+                    velocities=self.drift,
+                    index=i,
+                    obstacles=self.obstacles,
+                    signal=signal,
+                )
+            )
+
+    def _anticipated(self, now: float) -> Path:
+        """What people can know of the robot's motion: the plan in force, or straight to the goal at its speed."""
+        s, motion = self.scenario, self.motion
+        steps = s.planner.horizon + max(s.human.horizon or 0, s.planner.horizon, 1)
+        here = self.state.position
+        if isinstance(motion, Plan):
+            return carried_forward(motion, time=now, start=here, goal=self.goal, steps=steps)
+        speed = float(np.linalg.norm(motion.velocity))
+        return straight(here, self.goal, speed=speed, time_step=s.planner.time_step, steps=steps)
+
+    def _places(self, time: float) -> FloatArray:
+        """(P, d) m, NaN where absent."""
+        places = np.full((len(self.people), self.scenario.dimension), np.nan)
+        for i, person in enumerate(self.people):
+            place = person.position(time)
+            if place is not None:
+                places[i] = place
+        return places

@@ -1,0 +1,193 @@
+"""Numbers from a `Record` alone."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from sidestep.simulation.approach import closest_within_steps, contacts
+from sidestep.simulation.record import Record
+from sidestep.types import FloatArray
+
+_TURN = 1e-4  # m, displacements shorter than this have no direction
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Metrics:
+    """One run in numbers. A value that cannot be had (no people, goal not reached) is NaN.
+
+    Attributes:
+        steps: control steps; duration: s.
+        finished: the goal was reached or the time was up; False for an interrupted run.
+        reached_goal, time_to_goal: whether, and when first (s, at a recorded instant).
+        min_distance: m, between centres, between the samples too; sampled_min_distance: m, at the samples.
+        clearance_violations: control steps during which someone came closer than the clearance.
+        contacts_moving: contacts (bodies overlap) that began while the robot moved, or in which it moved on toward the
+            person; contacts_standing: the others, where a person walked into a parked robot.
+        max_collision_probability: largest P_coll(k|t) of any plan.
+        predicted_violations: sum over the planning steps of the risk that the plan saw in its first step;
+            realised_violations: planning steps after which someone was within the clearance one time step later (where
+            the record holds that instant). For rule "mass" the first is meant to bound the second on average.
+        PI_R, PI_H: Σ_t ‖x(t) − g‖² of the robot, and of the people with a goal together, as printed in Section IV-B,
+            per planner time step; PI_T: their sum.
+        PI_R_lateral, PI_H_lateral, PI_T_lateral: the same with the absolute distance (m) from the straight line from
+            start to goal, as in the authors' recorded series.
+        path_length: m, the robot's; human_path_length: m, of all people together.
+        turning: rad, sum of the absolute changes of direction of the robot; human_turning: of all people together.
+        status_counts: control steps under each status.
+        plan_median, plan_p95, plan_max: ms of wall clock per planning step.
+    """
+
+    steps: int
+    duration: float
+    finished: bool
+    reached_goal: bool
+    time_to_goal: float
+    min_distance: float
+    sampled_min_distance: float
+    clearance_violations: int
+    contacts_moving: int
+    contacts_standing: int
+    max_collision_probability: float
+    predicted_violations: float
+    realised_violations: int
+    PI_R: float
+    PI_H: float
+    PI_T: float
+    PI_R_lateral: float
+    PI_H_lateral: float
+    PI_T_lateral: float
+    path_length: float
+    human_path_length: float
+    turning: float
+    human_turning: float
+    status_counts: dict[str, int]
+    plan_median: float
+    plan_p95: float
+    plan_max: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """As a dictionary."""
+        return asdict(self)
+
+
+def measure(record: Record) -> Metrics:
+    """Return the numbers of a run."""
+    people = record.people_positions
+    gaps = closest_within_steps(record.robot_positions, people)  # (T, P) m
+    sampled = np.linalg.norm(people - record.robot_positions[:, None], axis=-1)  # (T+1, P) m
+    moving, standing = contacts(record, gaps)
+    predicted, realised = _violations(record, sampled)
+    share = record.control_step / record.time_step  # a finer record does not make an index larger
+    goals = np.isfinite(record.people_goals).all(axis=-1)
+    pi_r, pi_h = (
+        share * float(_squares(record.robot_positions, record.robot_goal)),
+        share * sum(float(_squares(people[:, i], record.people_goals[i])) for i in np.flatnonzero(goals)),
+    )
+    lateral_r = share * _lateral(record.robot_positions, record.robot_goal)
+    lateral_h = share * sum(_lateral(people[:, i], record.people_goals[i]) for i in np.flatnonzero(goals))
+    planning = 1e3 * record.planning_time[record.plan_age <= 1e-9]
+    arrival = _arrival(record)
+    return Metrics(
+        steps=len(record.status),
+        duration=float(record.time[-1] - record.time[0]),
+        finished=_finished(record),
+        reached_goal=record.reached_goal,
+        time_to_goal=arrival,
+        min_distance=_least(gaps),
+        sampled_min_distance=_least(sampled),
+        clearance_violations=int((gaps < record.clearance).any(axis=1).sum()),
+        contacts_moving=moving,
+        contacts_standing=standing,
+        max_collision_probability=_most(record.collision_probability),
+        predicted_violations=predicted,
+        realised_violations=realised,
+        PI_R=pi_r,
+        PI_H=pi_h,
+        PI_T=pi_r + pi_h,
+        PI_R_lateral=lateral_r,
+        PI_H_lateral=lateral_h,
+        PI_T_lateral=lateral_r + lateral_h,
+        path_length=_length(record.robot_positions),
+        human_path_length=sum(_length(people[:, i]) for i in range(people.shape[1])),
+        turning=_turning(record.robot_positions),
+        human_turning=sum(_turning(people[:, i]) for i in range(people.shape[1])),
+        status_counts={"certified": 0, "least_risk": 0, "stopped": 0} | Counter(record.status),
+        plan_median=float(np.median(planning)) if len(planning) else math.nan,
+        plan_p95=float(np.percentile(planning, 95)) if len(planning) else math.nan,
+        plan_max=float(planning.max()) if len(planning) else math.nan,
+    )
+
+
+def _finished(record: Record) -> bool:
+    planned = float(record.settings.get("duration", record.time[-1]))
+    return record.reached_goal or bool(record.time[-1] > planned - record.control_step)
+
+
+def _arrival(record: Record) -> float:
+    """Seconds, first recorded instant within the goal tolerance; NaN where there is none."""
+    if not record.reached_goal:
+        return math.nan
+    tolerance = float(record.settings.get("robot", {}).get("goal_tolerance", 0.0))
+    gap = np.linalg.norm(record.robot_positions[1:] - record.robot_goal, axis=-1)
+    inside = np.flatnonzero(gap <= tolerance + 1e-12)
+    return float(record.time[1 + inside[0]]) if len(inside) else float(record.time[-1])
+
+
+def _violations(record: Record, sampled: FloatArray) -> tuple[float, int]:
+    """Expected and realised count of being within the clearance one time step after a plan was made."""
+    ahead = round(record.time_step / record.control_step)
+    whole = ahead >= 1 and abs(record.time_step / record.control_step - ahead) < 1e-6
+    planned = np.flatnonzero(record.plan_age <= 1e-9)
+    planned = planned[planned + ahead < len(record.time)] if whole else planned[:0]
+    if not len(planned) or record.risk.shape[1] == 0:
+        return 0.0, 0
+    inside = (sampled[planned + ahead] < record.clearance).any(axis=1)
+    risk: FloatArray = record.risk[planned, 0]
+    known = np.isfinite(risk)
+    return float(risk[known].sum()), int((inside & known).sum())
+
+
+def _squares(path: FloatArray, goal: FloatArray) -> float:
+    return float(np.nansum((path - goal) ** 2))
+
+
+def _lateral(path: FloatArray, goal: FloatArray) -> float:
+    """Sum (m) of the distances from the straight line through the first position and the goal; 0 in 1-D."""
+    path = path[np.isfinite(path).all(axis=-1)]
+    if len(path) == 0:
+        return 0.0
+    way = goal - path[0]
+    length = float(np.linalg.norm(way))
+    offset = path - path[0]
+    unit = way / length if length > 0 else way
+    return float(np.linalg.norm(offset - np.outer(offset @ unit, unit), axis=-1).sum())
+
+
+def _length(path: FloatArray) -> float:
+    return float(np.nansum(np.linalg.norm(np.diff(path, axis=0), axis=-1)))
+
+
+def _turning(path: FloatArray) -> float:
+    """Sum (rad) of the angles between successive displacements; pauses do not count."""
+    moves = np.diff(path, axis=0)
+    lengths = np.linalg.norm(moves, axis=-1)
+    moves = moves[lengths > _TURN] / lengths[lengths > _TURN][:, None]
+    if len(moves) < 2:
+        return 0.0
+    chords = np.linalg.norm(np.diff(moves, axis=0), axis=-1)  # exact for small angles, where arccos is not
+    return float((2 * np.arcsin(np.minimum(chords / 2, 1.0))).sum())
+
+
+def _least(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.min()) if finite.size else math.nan
+
+
+def _most(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if finite.size else math.nan
