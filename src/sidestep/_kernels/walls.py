@@ -1,0 +1,184 @@
+"""Signed distance to walls: polygons as segments, maps as square cells."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sidestep.types import FloatArray
+
+Occupied = NDArray[np.bool_]
+
+
+@njit(cache=True)
+def _polygon_distance(x: float, y: float, segments: FloatArray) -> float:
+    """Distance to the nearest segment (x0, y0, x1, y1, polygon), negative inside a polygon (even–odd rule)."""
+    best = np.inf
+    inside = False
+    crossings = 0
+    current = -1.0
+    for s in range(segments.shape[0]):
+        x0, y0, x1, y1, polygon = segments[s]
+        if polygon != current:
+            inside = inside or crossings % 2 == 1
+            crossings = 0
+            current = polygon
+        dx, dy = x1 - x0, y1 - y0
+        length = dx * dx + dy * dy
+        t = 0.0
+        if length > 0.0:
+            t = min(max(((x - x0) * dx + (y - y0) * dy) / length, 0.0), 1.0)
+        gap = (x0 + t * dx - x) ** 2 + (y0 + t * dy - y) ** 2
+        best = min(best, gap)
+        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) * dx / dy:
+            crossings += 1
+    inside = inside or crossings % 2 == 1
+    return -math.sqrt(best) if inside else math.sqrt(best)
+
+
+@njit(cache=True)
+def _grid_distance(x: float, y: float, grid: Occupied, frame: FloatArray, sizes: FloatArray) -> float:
+    """Distance to the nearest occupied square, negative inside; `sizes` bounds it from a distance transform.
+
+    `frame` = (x, y of the corner of cell (0, 0), cosine and sine of its axes, resolution).
+    """
+    h = frame[4]
+    u = ((x - frame[0]) * frame[2] + (y - frame[1]) * frame[3]) / h
+    v = ((y - frame[1]) * frame[2] - (x - frame[0]) * frame[3]) / h
+    w0, w1 = grid.shape
+    cu, cv = min(max(u, 0.5), w0 - 0.5), min(max(v, 0.5), w1 - 0.5)
+    i, j = int(cu), int(cv)
+    outside = math.hypot(u - cu, v - cv)
+    held = outside == 0.0 and grid[i, j]
+    reach = int(abs(sizes[i, j]) + outside + 2.0)
+    best = np.inf
+    for a in range(max(0, i - reach), min(w0, i + reach + 1)):
+        du = max(a - u, u - a - 1.0, 0.0)
+        for b in range(max(0, j - reach), min(w1, j + reach + 1)):
+            if grid[a, b] != held:
+                dv = max(b - v, v - b - 1.0, 0.0)
+                best = min(best, du * du + dv * dv)
+    if held:
+        best = min(best, min(u, v, w0 - u, w1 - v) ** 2)
+        return -math.sqrt(best) * h
+    return math.sqrt(best) * h
+
+
+@njit(cache=True)
+def wall_distance(
+    x: float, y: float, segments: FloatArray, grid: Occupied, frame: FloatArray, sizes: FloatArray
+) -> float:
+    """Signed distance (m) to the nearest wall of either kind; inf where there is none."""
+    best = np.inf
+    if segments.shape[0] > 0:
+        best = _polygon_distance(x, y, segments)
+    if grid.size > 0:
+        best = min(best, _grid_distance(x, y, grid, frame, sizes))
+    return best
+
+
+@njit(cache=True)
+def wall_distances(
+    points: FloatArray, segments: FloatArray, grid: Occupied, frame: FloatArray, sizes: FloatArray
+) -> FloatArray:
+    """Signed distances (M,) m of points (M, 2) m."""
+    out = np.empty(points.shape[0])
+    for m in range(points.shape[0]):
+        out[m] = wall_distance(points[m, 0], points[m, 1], segments, grid, frame, sizes)
+    return out
+
+
+@njit(cache=True)
+def _sampled(x: float, y: float, samples: FloatArray, corner: FloatArray) -> tuple[float, float]:
+    """Nearest sample of the signed distance and how far away it was taken; (0, inf) outside the samples."""
+    i = int(math.floor((x - corner[0]) / corner[2] + 0.5))
+    j = int(math.floor((y - corner[1]) / corner[2] + 0.5))
+    if i < 0 or j < 0 or i >= samples.shape[0] or j >= samples.shape[1]:
+        return 0.0, np.inf
+    return samples[i, j], math.hypot(x - corner[0] - i * corner[2], y - corner[1] - j * corner[2])
+
+
+@njit(cache=True)
+def free_points(
+    points: FloatArray,
+    margin: float,
+    segments: FloatArray,
+    grid: Occupied,
+    frame: FloatArray,
+    sizes: FloatArray,
+    samples: FloatArray,
+    corner: FloatArray,
+) -> Occupied:
+    """Whether each point (M, 2) is at least `margin` from all walls.
+
+    The signed distance changes by at most the way gone, so the nearest of the `samples` decides for most points.
+    """
+    out = np.empty(points.shape[0], np.bool_)
+    for m in range(points.shape[0]):
+        x, y = points[m, 0], points[m, 1]
+        value, away = _sampled(x, y, samples, corner)
+        if value - away >= margin:
+            out[m] = True
+        elif value + away < margin:
+            out[m] = False
+        else:
+            out[m] = wall_distance(x, y, segments, grid, frame, sizes) >= margin
+    return out
+
+
+@njit(cache=True)
+def free_segments(
+    starts: FloatArray,
+    ends: FloatArray,
+    margin: float,
+    step: float,
+    segments: FloatArray,
+    grid: Occupied,
+    frame: FloatArray,
+    sizes: FloatArray,
+    samples: FloatArray,
+    corner: FloatArray,
+) -> Occupied:
+    """Whether the whole of each segment keeps `margin`, by steps as long as the distance allows, at least `step`."""
+    out = np.ones(starts.shape[0], np.bool_)
+    for m in range(starts.shape[0]):
+        dx, dy = ends[m, 0] - starts[m, 0], ends[m, 1] - starts[m, 1]
+        length = math.hypot(dx, dy)
+        at = 0.0
+        while True:
+            t = at / length if length > 0.0 else 0.0
+            x, y = starts[m, 0] + t * dx, starts[m, 1] + t * dy
+            value, away = _sampled(x, y, samples, corner)
+            room = value - away - margin
+            if not room > step:
+                room = wall_distance(x, y, segments, grid, frame, sizes) - margin
+            if not room >= 0.0:
+                out[m] = False
+                break
+            if at >= length:
+                break
+            at = min(at + max(room, step), length)
+    return out
+
+
+@njit(cache=True)
+def interpolate(
+    points: FloatArray, values: FloatArray, corner: FloatArray, spacing: float, goal: FloatArray
+) -> FloatArray:
+    """Bilinear values (M,) at points (M, 2) m, at least the straight way to `goal`; outside: the edge's plus the way."""
+    out = np.empty(points.shape[0])
+    w, h = values.shape
+    for m in range(points.shape[0]):
+        u = (points[m, 0] - corner[0]) / spacing
+        v = (points[m, 1] - corner[1]) / spacing
+        cu, cv = min(max(u, 0.0), w - 1.0), min(max(v, 0.0), h - 1.0)
+        i, j = min(int(cu), w - 2), min(int(cv), h - 2)
+        a, b = cu - i, cv - j
+        value = (1 - a) * ((1 - b) * values[i, j] + b * values[i, j + 1])
+        value += a * ((1 - b) * values[i + 1, j] + b * values[i + 1, j + 1])
+        value += spacing * math.hypot(u - cu, v - cv)
+        out[m] = max(value, math.hypot(points[m, 0] - goal[0], points[m, 1] - goal[1]))
+    return out

@@ -1,0 +1,156 @@
+"""Static maps: the places X_R that a robot, and X_H that a person may be in.
+
+    walls = Obstacles(polygons=[[(0, 0), (4, 0), (4, 0.2), (0, 0.2)]])
+    walls.free((2.0, 1.0), margin=0.3)            # True: at least 0.3 m from every wall
+    walls.distance((2.0, 0.1))                    # −0.1 m: inside a wall
+    walls.segment_free((2, 1), (2, -1), margin=0) # False: the way crosses a wall
+
+Walls are flat and reach to the sky: in 3-D the first two coordinates count. On a line there are none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from sidestep._kernels.walls import free_points, free_segments, wall_distances
+from sidestep.errors import InvalidInput
+from sidestep.lattice import Lattice
+from sidestep.types import BoolArray, FloatArray, VectorLike
+
+SEGMENT_STEP = 0.005
+"""m, finest step along a segment; a wall may intrude into the margin by at most half of it unseen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OccupancyGrid:
+    """A map of square cells.
+
+    Attributes:
+        occupied: (w, h) True where there is a wall, [i, j] i cells along x and j along y.
+        resolution: m per cell (> 0).
+        origin: (2,) m, the outer corner of cell (0, 0); yaw: rad, of the map's x axis.
+    """
+
+    occupied: BoolArray
+    resolution: float
+    origin: tuple[float, float] = (0.0, 0.0)
+    yaw: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.occupied.ndim != 2 or self.occupied.size == 0:
+            raise InvalidInput("obstacles.grid.occupied", self.occupied.shape, "a non-empty 2-D array")
+        if not (math.isfinite(self.resolution) and self.resolution > 0):
+            raise InvalidInput("obstacles.grid.resolution", self.resolution, "a number > 0 (m)")
+
+    def corners(self) -> FloatArray:
+        """Return the (4, 2) m outer corners."""
+        w, h = self.resolution * np.array(self.occupied.shape)
+        turn = np.array([[math.cos(self.yaw), -math.sin(self.yaw)], [math.sin(self.yaw), math.cos(self.yaw)]])
+        return np.array([(0.0, 0.0), (w, 0.0), (w, h), (0.0, h)]) @ turn.T + np.asarray(self.origin)
+
+
+class Obstacles:
+    """Walls: closed polygons (filled), a map, or both. Immutable.
+
+    Args:
+        polygons: each (V, 2) m, V ≥ 2 corners (2: a thin wall); the last corner is joined to the first.
+        grid: a map, or None.
+
+    Raises:
+        InvalidInput: corners that are not finite numbers (V, 2).
+    """
+
+    def __init__(
+        self, *, polygons: Sequence[FloatArray | Sequence[VectorLike]] = (), grid: OccupancyGrid | None = None
+    ) -> None:
+        self.polygons = tuple(_polygon(p, i) for i, p in enumerate(polygons))
+        self.grid = grid
+
+    def distance(self, points: FloatArray | VectorLike) -> FloatArray:
+        """Return (…,) m from `points` (…, d) m to the nearest wall: negative inside walls, inf without walls."""
+        flat, shape = _flat(points)
+        return wall_distances(flat, *self._shapes).reshape(shape)
+
+    def free(self, points: FloatArray | VectorLike, margin: float = 0.0) -> BoolArray:
+        """Return (…,) whether `points` (…, d) m keep at least `margin` m from every wall."""
+        flat, shape = _flat(points)
+        return free_points(flat, float(margin), *self._shapes, *self._samples).reshape(shape)
+
+    def segment_free(
+        self, starts: FloatArray | VectorLike, ends: FloatArray | VectorLike, margin: float = 0.0
+    ) -> BoolArray:
+        """Return (…,) whether the whole way from `starts` to `ends`, (…, d) m, keeps `margin` m (see `SEGMENT_STEP`)."""
+        a, shape = _flat(starts)
+        b, other = _flat(ends)
+        if shape != other:
+            raise InvalidInput("ends", other, f"as many as starts: {shape}")
+        return free_segments(a, b, float(margin), SEGMENT_STEP, *self._shapes, *self._samples).reshape(shape)
+
+    def free_cells(self, lattice: Lattice, margin: float = 0.0) -> BoolArray:
+        """Return (cells…) whether each cell of `lattice` keeps `margin` m from every wall."""
+        return self.free(lattice.positions(), margin)
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max in m around all walls; zeros without walls."""
+        corners = [*self.polygons, *([self.grid.corners()] if self.grid is not None else [])]
+        if not corners:
+            return (0.0, 0.0, 0.0, 0.0)
+        places = np.concatenate(corners)
+        low, high = places.min(axis=0), places.max(axis=0)
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    @cached_property
+    def _shapes(self) -> tuple[FloatArray, BoolArray, FloatArray, FloatArray]:
+        """What the kernels read: segments, cells, the cells' frame, and bounds on their distances."""
+        rows = [
+            np.column_stack([p, np.roll(p, -1, axis=0), np.full(len(p), float(i))]) for i, p in enumerate(self.polygons)
+        ]
+        segments = np.concatenate(rows) if rows else np.zeros((0, 5))
+        if self.grid is None:
+            return segments, np.zeros((0, 0), dtype=np.bool_), np.zeros(5), np.zeros((0, 0))
+        from scipy.ndimage import distance_transform_edt
+
+        cells = np.ascontiguousarray(self.grid.occupied)
+        sizes = np.full(cells.shape, float(sum(cells.shape)))
+        if cells.any():
+            outside = np.asarray(distance_transform_edt(~cells))
+            inside = np.asarray(distance_transform_edt(cells)) if not cells.all() else sizes
+            sizes = np.where(cells, inside, outside)
+        x, y = self.grid.origin
+        frame = np.array([x, y, math.cos(self.grid.yaw), math.sin(self.grid.yaw), self.grid.resolution])
+        return segments, cells, frame, np.ascontiguousarray(sizes, dtype=np.float64)
+
+    @cached_property
+    def _samples(self) -> tuple[FloatArray, FloatArray]:
+        """Signed distances on a coarse raster around the walls, (w, h), and its (x, y, spacing)."""
+        x0, y0, x1, y1 = self.bounds
+        if not self.polygons and self.grid is None:
+            return np.zeros((0, 0)), np.array([0.0, 0.0, 1.0])
+        pad = 2.0
+        spacing = max(0.05, math.sqrt((x1 - x0 + 2 * pad) * (y1 - y0 + 2 * pad) / 2e5))
+        xs = np.arange(x0 - pad, x1 + pad + spacing, spacing)
+        ys = np.arange(y0 - pad, y1 + pad + spacing, spacing)
+        places = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
+        values = wall_distances(places, *self._shapes).reshape(xs.size, ys.size)
+        return values, np.array([x0 - pad, y0 - pad, spacing])
+
+
+def _polygon(corners: FloatArray | Sequence[VectorLike], index: int) -> FloatArray:
+    array = np.array(corners, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2 or not np.isfinite(array).all():
+        raise InvalidInput(f"obstacles.polygons[{index}]", array.shape, "at least 2 finite corners (V, 2) m")
+    array.setflags(write=False)
+    return array
+
+
+def _flat(points: FloatArray | VectorLike) -> tuple[FloatArray, tuple[int, ...]]:
+    array = np.asarray(points, dtype=np.float64)
+    if array.ndim == 0 or array.shape[-1] not in (2, 3):
+        raise InvalidInput("points", array.shape, "(…, 2) or (…, 3) m")
+    return np.ascontiguousarray(array[..., :2].reshape(-1, 2)), array.shape[:-1]

@@ -1,0 +1,161 @@
+"""Eq. 9 as frozen data: what the robot minimises, and under which limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from sidestep.obstacles import Obstacles
+from sidestep.planning.geodesic import DistanceField
+from sidestep.prediction.collision import RiskField
+from sidestep.prediction.first_step import FirstStep
+from sidestep.types import FloatArray, Path, RiskRule, Vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlanningProblem:
+    """Minimise Σ_{k=1..N} goal(x_k) + ‖u_{k−1}‖²_θ6 + λ·risk, under the dynamics, walls, speed and risk limits.
+
+    Attributes:
+        start: (d,) m, x_R(0); goal: (d,) m.
+        time_step: s, ΔT; horizon: steps, N ≥ 1.
+        max_speed: m/s; shape: "box" limits every axis (Eq. 9d), "disc" the norm.
+        goal_cost: "squared" is ‖x−g‖²_θ5 (Eq. 9a), "distance" is ‖θ5·(x−g)‖.
+        goal_weight: θ5, one number or one per axis; effort_weight: θ6, likewise.
+        terminal_weight: further multiple of the goal cost at step N.
+        people: the risk at any place, or None when nobody is near.
+        rule: see `sidestep.prediction.collision`; risk_limit: P_th.
+        soft_risk_weight: λ, cost per unit probability and step, half of it charged midway.
+        steep_risk_weight: cost per unit probability above the limit where the problem is `graded`.
+        graded: no plan is forbidden for its risk; used when no plan respects the limit.
+        standing_share: part of the risk's cost that standing still is charged.
+        first_step: limits the risk until the next call, swept exactly; None: no such limit.
+        obstacles: walls, or None; margin: m, to be kept from them.
+        distance_to_goal: walking distance around walls; replaces the straight line in the goal cost "distance" and,
+            squared, in "squared" (θ5 of the first axis then counts for all).
+        velocity: (d,) m/s now, and max_acceleration: m/s²; both are needed to limit the first action.
+        control_interval: s until the next call (what the first action's acceleration has time for).
+        resolution: K, largest tap of the search; None: by the budget.
+    """
+
+    start: Vector
+    goal: Vector
+    time_step: float
+    horizon: int
+    max_speed: float
+    shape: Literal["box", "disc"] = "box"
+    goal_cost: Literal["squared", "distance"] = "distance"
+    goal_weight: float | tuple[float, ...] = 1.0
+    effort_weight: float | tuple[float, ...] = 0.0
+    terminal_weight: float = 0.0
+    people: RiskField | None = None
+    rule: RiskRule = "mass"
+    risk_limit: float = 0.02
+    soft_risk_weight: float = 0.0
+    steep_risk_weight: float = 1e4
+    graded: bool = False
+    standing_share: float = 1.0 / 3.0
+    first_step: FirstStep | None = None
+    obstacles: Obstacles | None = None
+    margin: float = 0.3
+    distance_to_goal: DistanceField | None = None
+    velocity: Vector | None = None
+    max_acceleration: float | None = None
+    control_interval: float | None = None
+    resolution: int | None = None
+
+    @property
+    def dimension(self) -> int:
+        """Number of axes d."""
+        return int(self.start.size)
+
+    def goal_costs(self, points: FloatArray) -> FloatArray:
+        """Return the goal cost (M,) of being at `points` (M, d) m at one step."""
+        if self.distance_to_goal is not None:
+            weight = self.goal_weight if isinstance(self.goal_weight, (int, float)) else self.goal_weight[0]
+            walk = self.distance_to_goal.at(points)
+            return weight * (walk * walk if self.goal_cost == "squared" else walk)
+        apart = points - self.goal
+        if self.goal_cost == "squared":
+            return (apart * apart * self.goal_weight).sum(axis=-1)
+        return np.sqrt(np.square(apart * self.goal_weight).sum(axis=-1))
+
+    def effort_costs(self, velocities: FloatArray) -> FloatArray:
+        """Return ‖u‖²_θ6 (M,) of velocities (M, d) m/s."""
+        return (velocities * velocities * self.effort_weight).sum(axis=-1)
+
+    def risk_along(self, path: Path) -> FloatArray:
+        """Return (2N,) what the rule limits, at half instants 1..2N of `path` (N+1, d) m."""
+        if self.people is None or not self.people.people:
+            return np.zeros(2 * (len(path) - 1))
+        return self.people.along(path)
+
+    def cost(self, path: Path, risk: FloatArray | None = None) -> float:
+        """Return the objective of `path` (N+1, d) m, soft risk included (and the steep part where graded).
+
+        Args:
+            path: m. risk: (2N,) along it, if known.
+        """
+        goal = self.goal_costs(path[1:])
+        velocities = np.diff(path, axis=0) / self.time_step
+        total = goal.sum() + self.terminal_weight * goal[-1] + self.effort_costs(velocities).sum()
+        if self.people is None or (self.soft_risk_weight == 0 and not self.graded):
+            return float(total)
+        seen = self.risk_along(path) if risk is None else risk
+        charged = self.soft_risk_weight * seen
+        if self.graded:
+            charged = charged + self.steep_risk_weight * np.maximum(seen - self.risk_limit, 0.0)
+        if self.people.has_midway:
+            charged = 0.5 * charged
+        standing = np.repeat(np.all(velocities == 0.0, axis=1), 2)
+        return float(total + np.where(standing, self.standing_share, 1.0) @ charged)
+
+    def first_step_costs(self, velocities: FloatArray) -> FloatArray:
+        """Return (M,) what each first action costs beyond its effort; inf where it is not admissible.
+
+        Judged are the acceleration, the risk until the next call and the walls along the first step.
+        """
+        out = np.zeros(len(velocities))
+        if self.max_acceleration is not None and self.velocity is not None:
+            interval = self.time_step if self.control_interval is None else self.control_interval
+            change = np.linalg.norm(velocities - self.velocity, axis=1)
+            allowed = self.max_acceleration * interval * (1 + 1e-9)
+            nearest = change.min()
+            out[change > max(allowed, nearest)] = np.inf
+        if self.first_step is not None:
+            out += self.first_step.costs(self.start, velocities, graded=self.graded, steep=self.steep_risk_weight)
+        if self.obstacles is not None:
+            ends = self.start + velocities * self.time_step
+            margin = min(self.margin, float(self.obstacles.distance(self.start[None])[0]) - 1e-9)
+            starts = np.broadcast_to(self.start, ends.shape)
+            out[~self.obstacles.segment_free(starts, ends, margin)] = np.inf
+        return out
+
+    def allows(self, path: Path, risk: FloatArray | None = None) -> bool:
+        """Return whether `path` (N+1, d) m respects every limit: speed, walls, first step and (unless graded) risk."""
+        velocities = np.diff(path, axis=0) / self.time_step
+        top = self.max_speed * (1 + 1e-6) + 1e-9
+        speeds = np.abs(velocities).max() if self.shape == "box" else np.sqrt((velocities**2).sum(axis=1)).max()
+        if not speeds <= top:
+            return False
+        if not self.graded:
+            seen = self.risk_along(path) if risk is None else risk
+            if not respects(seen, self.rule, self.risk_limit):
+                return False
+        if not np.isfinite(self.first_step_costs(velocities[:1])[0]):
+            return False
+        if self.obstacles is None or len(path) < 3:
+            return True
+        return bool(self.obstacles.segment_free(path[1:-1], path[2:], self.margin).all())
+
+
+def respects(risk: FloatArray, rule: RiskRule, limit: float) -> bool:
+    """Return whether the risk (2N,) at half instants 1..2N stays within `limit` under the rule."""
+    tolerance = 1e-6 * limit + 1e-9
+    if rule == "trajectory":
+        return float(risk[1::2].sum()) <= limit + tolerance
+    if rule == "cells":
+        return float(risk.max(initial=0.0)) <= 0.5
+    return float(risk.max(initial=0.0)) <= limit + tolerance
