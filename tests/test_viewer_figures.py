@@ -24,10 +24,10 @@ from sidestep.errors import OutputError
 from sidestep.lattice import heading_rotation
 from sidestep.simulation.record import Record
 from sidestep.viewer import style
-from sidestep.viewer.approach import closest_approaches, distances
 from sidestep.viewer.figure_occupancy import AHEAD, chosen_steps, draw_occupancy
 from sidestep.viewer.figure_scene import time_marks
 from sidestep.viewer.figures import run_figure, save_figure
+from sidestep.viewer.nearest import closest_approaches, distances
 
 WALL = np.array([[1.5, -1.0], [3.0, -1.0], [3.0, -3.0], [1.5, -3.0]])
 KINDS = {
@@ -96,7 +96,7 @@ def test_steps_that_are_not_certified_are_shaded():
     assert len(risk.patches) == 0
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 2, 3]))
 def test_closest_approach_is_that_of_a_fine_interpolation(seed, people, dimension):
     record = made_record(seed=seed, people=people, dimension=dimension, late=True)

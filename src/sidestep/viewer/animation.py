@@ -17,10 +17,10 @@ from sidestep.errors import InvalidInput
 from sidestep.simulation.record import Record
 from sidestep.types import FloatArray
 from sidestep.viewer import style
-from sidestep.viewer.approach import people_by_nearness
 from sidestep.viewer.figure_occupancy import ahead_colour, draw_occupancy, shown_instants
 from sidestep.viewer.figure_scene import draw_walls, frame_scene
 from sidestep.viewer.figure_series import draw_belief, draw_distance, draw_risk
+from sidestep.viewer.nearest import people_by_nearness
 from sidestep.viewer.video import ENCODERS
 
 

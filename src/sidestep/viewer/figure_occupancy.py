@@ -16,8 +16,8 @@ from sidestep.lattice import Lattice
 from sidestep.simulation.record import Record, Snapshot
 from sidestep.types import FloatArray, IntArray
 from sidestep.viewer import style
-from sidestep.viewer.approach import closest_approaches, distances, people_by_nearness
 from sidestep.viewer.figure_scene import AXIS_NAMES, Plane, draw_walls
+from sidestep.viewer.nearest import closest_approaches, distances, people_by_nearness
 
 AHEAD = ("#E8B400", "#C8512A", "#7A1E6C", "#23124F")
 """Near to far future: light to dark, so that the order survives a grey print."""

@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, Polygon
 from sidestep.simulation.record import Record
 from sidestep.types import FloatArray, Vector
 from sidestep.viewer import style
-from sidestep.viewer.approach import Approach, closest_approaches, people_by_nearness
+from sidestep.viewer.nearest import Approach, closest_approaches, people_by_nearness
 
 Plane = tuple[int, int]
 AXIS_NAMES = "xyz"

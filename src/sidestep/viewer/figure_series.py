@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from sidestep.simulation.record import Record
 from sidestep.types import FloatArray
 from sidestep.viewer import style
-from sidestep.viewer.approach import closest_approaches, distances, people_by_nearness
+from sidestep.viewer.nearest import closest_approaches, distances, people_by_nearness
 
 FLOOR = 1e-4
 """Probabilities below this are drawn on the lower edge: no sample of ours can tell them from zero."""

@@ -12,7 +12,6 @@ from matplotlib.lines import Line2D
 from sidestep.errors import OutputError
 from sidestep.simulation.record import Record
 from sidestep.viewer import style
-from sidestep.viewer.approach import closest_approaches
 from sidestep.viewer.figure_occupancy import (
     ahead_labels,
     chosen_steps,
@@ -22,6 +21,7 @@ from sidestep.viewer.figure_occupancy import (
 )
 from sidestep.viewer.figure_scene import draw_paths, draw_paths_over_time
 from sidestep.viewer.figure_series import draw_belief, draw_distance, draw_risk
+from sidestep.viewer.nearest import closest_approaches
 
 
 def run_figure(record: Record) -> Figure:

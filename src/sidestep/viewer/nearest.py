@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sidestep.simulation.approach import closest_within_steps
 from sidestep.simulation.record import Record
-from sidestep.types import BoolArray, FloatArray, IntArray, Vector
+from sidestep.types import FloatArray, IntArray, Vector
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,8 +44,9 @@ def distances(record: Record, *, between: int = 1) -> tuple[FloatArray, FloatArr
 
 def closest_approaches(record: Record) -> list[Approach]:
     """Return each person's nearest instant, the nearest person first; both move straight between samples."""
-    found = [_closest(record, person) for person in range(len(record.people))]
-    return sorted((a for a in found if a is not None), key=lambda a: a.distance)
+    gaps = closest_within_steps(record.robot_positions, record.people_positions)  # (T, P) m
+    found = [_closest(record, gaps[:, p], p) for p in range(gaps.shape[1]) if np.isfinite(gaps[:, p]).any()]
+    return sorted(found, key=lambda a: a.distance)
 
 
 def people_by_nearness(record: Record) -> IntArray:
@@ -55,31 +57,21 @@ def people_by_nearness(record: Record) -> IntArray:
     return ranks
 
 
-def _closest(record: Record, person: int) -> Approach | None:
-    relative = record.people_positions[:, person] - record.robot_positions  # (T+1, d)
-    seen: BoolArray = np.asarray(np.isfinite(relative).all(axis=-1))
-    if not seen.any():
-        return None
-    step, share = int(np.flatnonzero(seen)[0]), 0.0
-    best = float(np.linalg.norm(relative[step]))
-    change = np.diff(relative, axis=0)
-    for k in range(len(change)):
-        if not (seen[k] and seen[k + 1]):
-            continue
-        square = float(change[k] @ change[k])
-        s = float(np.clip(-(relative[k] @ change[k]) / square, 0.0, 1.0)) if square > 0 else 0.0
-        distance = float(np.linalg.norm(relative[k] + s * change[k]))
-        if distance < best:
-            best, step, share = distance, k, s
-    after = min(step + 1, len(record.time) - 1)
-
-    def between(values: FloatArray) -> Vector:
-        return values[step] if share == 0.0 else (1 - share) * values[step] + share * values[after]
-
+def _closest(record: Record, gaps: FloatArray, person: int) -> Approach:
+    step = int(np.nanargmin(gaps))
+    path = record.people_positions[step : step + 2, person]
+    path = np.where(np.isnan(path), path[::-1], path)  # comes or goes during this step: only one end is known
+    robot = record.robot_positions[step : step + 2]
+    if np.isnan(record.people_positions[step : step + 2, person]).any():
+        robot = np.broadcast_to(robot[int(np.isnan(record.people_positions[step, person]).any())], robot.shape)
+    relative = path - robot
+    change = relative[1] - relative[0]
+    square = float(change @ change)
+    share = float(np.clip(-(relative[0] @ change) / square, 0.0, 1.0)) if square > 0 else 0.0
     return Approach(
         person=person,
-        time=float(between(record.time)),
-        distance=best,
-        robot_position=between(record.robot_positions),
-        person_position=between(record.people_positions[:, person]),
+        time=float((1 - share) * record.time[step] + share * record.time[step + 1]),
+        distance=float(gaps[step]),
+        robot_position=(1 - share) * robot[0] + share * robot[1],
+        person_position=(1 - share) * path[0] + share * path[1],
     )
