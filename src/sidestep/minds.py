@@ -79,6 +79,16 @@ class Mind:
         learned = self.habits is not None and self.model.online_randomness
         return self.habits.randomness if learned and self.habits else self.model.randomness
 
+    @property
+    def heading_velocity(self) -> Vector:
+        """(d,) m/s, along which the lattice is laid: the velocity that the person is expected to keep."""
+        return self.velocity if self.habits is None else self.habits.extrapolated_velocity
+
+    @property
+    def position_covariance(self) -> FloatArray:
+        """(d, d) m², of `position`."""
+        return self.covariance if self.habits is None else self.habits.position_covariance
+
     def spread(self, times: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Weights (C,), sigmas (K, C) m of the Gaussians around the predicted position at `times` (K,) s, or None."""
         if self.habits is None or not self.model.steadiness:

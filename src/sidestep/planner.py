@@ -1,0 +1,326 @@
+"""`Planner.step`: what was seen → what people will do → a motion, its certificate, and the plain word for how safe it is."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from time import perf_counter
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from sidestep import minds
+from sidestep.errors import InvalidInput, UnknownName
+from sidestep.forecast import Circumstances, Forecast, foresee, person_plan
+from sidestep.human.model import HumanModel
+from sidestep.human.observation import PersonObservation
+from sidestep.minds import Mind
+from sidestep.obstacles import Obstacles
+from sidestep.planning.anticipate import carried_forward, extended, straight
+from sidestep.planning.geodesic import DistanceField, distance_to_goal
+from sidestep.planning.ladder import Outcome, climb
+from sidestep.planning.plan import Plan
+from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.settings import PlannerSettings
+from sidestep.prediction.occupancy import Workspace
+from sidestep.robots import DifferentialDrive, Holonomic, RobotState
+from sidestep.types import FloatArray, Path, Vector, VectorLike, frozen_array
+
+_log = logging.getLogger(__name__)
+
+
+class Planner:
+    """Plans a robot's motion among people, and learns about each of them while doing so.
+
+    Args:
+        robot: `Holonomic` or `DifferentialDrive`.
+        goal: (d,) m, d = 1, 2 or 3.
+        human: the model of every person whose observation brings none; None is `HumanModel()`.
+        obstacles: static map, or None.
+        settings: all settings at once, or None.
+        changes: single fields of `PlannerSettings` by name, e.g. `horizon=8, risk_limit=0.02`.
+
+    Raises:
+        InvalidInput: a value is not allowed; one line that names the field. `step` never raises.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: Holonomic | DifferentialDrive,
+        goal: VectorLike,
+        human: HumanModel | None = None,
+        obstacles: Obstacles | None = None,
+        settings: PlannerSettings | None = None,
+        **changes: Any,
+    ) -> None:
+        self.robot = robot
+        self.human = HumanModel() if human is None else human
+        self.obstacles = obstacles
+        self.settings = _settled(settings, changes)
+        self._workspace = Workspace()
+        self._minds: dict[str, Mind] = {}
+        self._last: Plan | None = None
+        self._time = -math.inf  # s, of the last call
+        self._informed = -math.inf  # s, of the last call that knew about people
+        self._interval = self.settings.time_step  # s, until the next call, as far as the calls so far tell
+        self.goal = goal
+
+    @property
+    def goal(self) -> Vector:
+        """(d,) m, where the robot is to go; may be set between calls."""
+        return self._goal
+
+    @goal.setter
+    def goal(self, value: VectorLike) -> None:
+        goal = frozen_array(value)
+        if goal.ndim != 1 or goal.size not in (1, 2, 3) or not np.isfinite(goal).all():
+            raise InvalidInput("planner.goal", list(np.atleast_1d(goal)), "1, 2 or 3 finite numbers (m)")
+        for name in ("goal_weight", "effort_weight"):
+            weight = getattr(self.settings, name)
+            if isinstance(weight, tuple) and len(weight) != goal.size:
+                raise InvalidInput(f"planner.{name}", weight, f"one number, or one per axis ({goal.size})")
+        if self.obstacles is not None and not self.obstacles.free(goal[None], self.robot.radius)[0]:
+            allowed = f"a place at least the robot's radius ({self.robot.radius} m) away from walls"
+            raise InvalidInput("planner.goal", goal.tolist(), allowed, "move the goal or mend the map")
+        self._goal = goal
+        self._field: DistanceField | None = None
+        if self.obstacles is not None and goal.size > 1:
+            self._field = distance_to_goal(self.obstacles, goal, margin=self.robot.planning_radius)
+        self._last = None
+
+    def reset(self) -> None:
+        """Forget everybody and the last plan."""
+        self._minds, self._last = {}, None
+        self._time = self._informed = -math.inf
+
+    def step(self, *, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> Plan:
+        """Return a motion for now. Never raises, never returns NaN: what cannot be planned for is answered by a stop.
+
+        Args:
+            time: s, now; any rate.
+            robot: as measured now.
+            people: everybody who is seen now; [] is "nobody is there", None is "no data".
+        """
+        started = perf_counter()
+        try:
+            trouble = self._trouble(time, robot, people)
+            plan = (
+                self._stopped(time, robot, trouble, started) if trouble else self._planned(time, robot, people, started)
+            )
+        except Exception as error:  # a fault of ours must not leave the robot with an old command
+            _log.exception("planning failed")
+            plan = self._stopped(time, robot, f"internal error: {error!r}", started)
+        self._last = None if plan.status == "stopped" else plan
+        return plan
+
+    def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
+        """Say why nothing can be planned, or ''. Keeps the clock."""
+        if not math.isfinite(time):
+            return f"time is {time}"
+        if time < self._time:
+            back = self._time - time
+            self.reset()
+            self._time = self._informed = time
+            return f"time ran backwards by {back:.3g} s; starting afresh"
+        if robot.position.shape != self.goal.shape:
+            return f"robot position has {robot.position.size} coordinates, the goal {self.goal.size}"
+        if not np.isfinite(robot.position).all():
+            return f"robot position is {robot.position.tolist()}"
+        if isinstance(self.robot, DifferentialDrive) and not math.isfinite(
+            math.nan if robot.heading is None else robot.heading
+        ):
+            return f"robot heading is {robot.heading}; a differential drive needs one"
+        self._interval = min(max(time - self._time, 0.02), self.settings.time_step)
+        self._time = time
+        if people is not None:
+            self._informed = time
+        elif time - self._informed > self.settings.timeout:
+            age = "yet" if self._informed == -math.inf else f"for {time - self._informed:.2f} s"
+            return f"no observation of people {age}"
+        return self._meet_everybody(time, people)
+
+    def _meet_everybody(self, time: float, people: Sequence[PersonObservation] | None) -> str:
+        """Bring the minds up to date; say who cannot be placed, or ''."""
+        settings, present = self.settings, dict[str, Mind]()
+        for seen in people or ():
+            name = seen.id
+            while name in present:
+                name += "'"
+            known = self._minds.get(name)
+            if seen.position.shape != self.goal.shape:
+                return f"person {seen.id!r}: position has {seen.position.size} coordinates, the goal {self.goal.size}"
+            if not np.isfinite(seen.position).all():
+                if known is None or time - known.seen > settings.memory:
+                    return f"person {seen.id!r}: position is {seen.position.tolist()}"
+                present[name] = minds.miss(known, time)
+            elif known is None or known.model != (seen.model or self.human):
+                present[name] = minds.meet(seen, seen.model or self.human, time)
+            elif time > known.seen:
+                present[name] = minds.observe(known, seen, time, settings.time_step)
+            else:
+                present[name] = known
+        for name, known in self._minds.items():
+            if name not in present and time - known.seen <= settings.memory:
+                present[name] = minds.miss(known, time)
+        self._minds = present
+        return ""
+
+    def _planned(
+        self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None, started: float
+    ) -> Plan:
+        """Predict, plan, certify."""
+        settings = self.settings
+        start = self.robot.reference(robot)
+        everybody = tuple(self._minds.values())
+        around = self._circumstances(time)
+        steps = around.horizon + max((around.look_ahead(m) for m in everybody), default=1)
+
+        def expected(path: Path) -> Forecast:
+            whole = extended(path, self.goal, time_step=settings.time_step, steps=steps)
+            return foresee(everybody, whole, around, self._workspace)
+
+        def problem_under(seen: Forecast) -> PlanningProblem:
+            return self._problem(seen, start, robot, around)
+
+        outcome = climb(
+            problem_under,
+            expected,
+            self._anticipated(time, start, steps),
+            rounds=settings.rounds,
+            polished=settings.polish,
+            in_time=lambda: settings.deadline is None or perf_counter() - started < 0.5 * settings.deadline,
+        )
+        for mind, told in zip(everybody, outcome.foreseen.expectations(), strict=True):
+            if told is not None:
+                self._minds[mind.id] = minds.expect(mind, *told, time)
+        return self._plan(time, robot, outcome, around, started)
+
+    def _circumstances(self, time: float) -> Circumstances:
+        settings, robot = self.settings, self.robot
+        across = math.sqrt(self.goal.size) if robot.shape == "box" else 1.0
+        return Circumstances(
+            time_step=settings.time_step,
+            horizon=settings.horizon,
+            robot_radius=robot.planning_radius,
+            robot_speed=robot.planning_speed * across,
+            clearance=settings.clearance,
+            midway=settings.midway,
+            first_step_limit=settings.first_step_limit,
+            interval=self._interval,
+            obstacles=self.obstacles,
+        )
+
+    def _anticipated(self, time: float, start: Vector, steps: int) -> Path:
+        """The last plan carried forward, or straight to the goal."""
+        settings = self.settings
+        last = self._last
+        if last is not None and time - last.time <= settings.horizon * settings.time_step:
+            return carried_forward(last, time=time, start=start, goal=self.goal, steps=steps)
+        speed = self.robot.planning_speed
+        return straight(start, self.goal, speed=speed, time_step=settings.time_step, steps=steps)
+
+    def _problem(self, seen: Forecast, start: Vector, robot: RobotState, around: Circumstances) -> PlanningProblem:
+        settings = self.settings
+        field = seen.field
+        if settings.risk_rule == "cells":
+            field = field.cells_above(settings.risk_limit)
+        return PlanningProblem(
+            start=start,
+            goal=self.goal,
+            time_step=settings.time_step,
+            horizon=around.horizon,
+            max_speed=self.robot.planning_speed,
+            shape=self.robot.shape,
+            goal_cost=settings.goal_cost,
+            goal_weight=settings.goal_weight,
+            effort_weight=settings.effort_weight,
+            people=field,
+            rule=settings.risk_rule,
+            risk_limit=settings.risk_limit,
+            soft_risk_weight=settings.soft_risk_weight,
+            first_step=seen.first_step(),
+            obstacles=self.obstacles,
+            margin=self.robot.planning_radius,
+            distance_to_goal=self._field,
+            velocity=self.robot.reference_velocity(robot),
+            max_acceleration=self.robot.planning_acceleration,
+            control_interval=self._interval,
+            resolution=settings.search_resolution,
+        )
+
+    def _plan(
+        self, time: float, robot: RobotState, outcome: Outcome[Forecast], around: Circumstances, started: float
+    ) -> Plan:
+        seen, settings = outcome.foreseen, self.settings
+        velocities = np.diff(outcome.path, axis=0) / settings.time_step
+        risk = outcome.risk.reshape(-1, 2).max(axis=1)
+        contact = seen.contact
+        people = {m.id: person_plan(m, seen) for m in seen.minds}
+        wary = [m for m in seen.near if m.belief.concerned < (settings.signal_belief or 0.0)]
+        return Plan(
+            time=time,
+            time_step=settings.time_step,
+            velocity=frozen_array(self.robot.limited(velocities[0])),
+            command=frozen_array(self.robot.command(velocities[0], robot, hold=self._interval)),
+            positions=frozen_array(outcome.path),
+            velocities=frozen_array(velocities),
+            collision_probability=frozen_array(contact),
+            risk=frozen_array(risk),
+            risk_limit=settings.risk_limit,
+            status=outcome.status,
+            reason=_reason(outcome, settings, risk),
+            people=MappingProxyType(people),
+            horizon_used=around.horizon,
+            rounds=outcome.rounds,
+            cost=outcome.cost,
+            duration=perf_counter() - started,
+            signal=bool(wary) and any(seen.predictions[m.id].contact.sum() > 0.1 * settings.risk_limit for m in wary),
+        )
+
+    def _stopped(self, time: float, robot: RobotState, reason: str, started: float) -> Plan:
+        """The last rung: stand still, and say why."""
+        settings = self.settings
+        n, d = settings.horizon, self.goal.size
+        here = robot.position if robot.position.shape == (d,) and np.isfinite(robot.position).all() else np.zeros(d)
+        still = np.zeros(d)
+        size = 2 if isinstance(self.robot, DifferentialDrive) else d
+        return Plan(
+            time=time,
+            time_step=settings.time_step,
+            velocity=frozen_array(still),
+            command=frozen_array(np.zeros(size)),
+            positions=frozen_array(np.repeat(here[None], n + 1, axis=0)),
+            velocities=frozen_array(np.zeros((n, d))),
+            collision_probability=frozen_array(np.zeros(n)),
+            risk=frozen_array(np.zeros(n)),
+            risk_limit=settings.risk_limit,
+            status="stopped",
+            reason=reason,
+            people=MappingProxyType({}),
+            horizon_used=0,
+            rounds=0,
+            cost=math.inf,
+            duration=perf_counter() - started,
+        )
+
+
+def _settled(settings: PlannerSettings | None, changes: dict[str, Any]) -> PlannerSettings:
+    names = [f.name for f in fields(PlannerSettings)]
+    for name in changes:
+        if name not in names:
+            raise UnknownName(f"planner.{name}", name, names)
+    return replace(settings or PlannerSettings(), **changes)
+
+
+def _reason(outcome: Outcome[Forecast], settings: PlannerSettings, risk: FloatArray) -> str:
+    """Plain words for the status."""
+    near = len(outcome.foreseen.near)
+    whom = "nobody" if near == 0 else "1 person" if near == 1 else f"{near} people"
+    worst = float(risk.max())
+    if outcome.status == "certified":
+        return f"every limit holds with {whom} in reach; highest risk {worst:.2g} of {settings.risk_limit:g}"
+    return f"no plan keeps every limit with {whom} in reach; taking the least risk, highest {worst:.2g}"

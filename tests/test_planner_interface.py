@@ -1,0 +1,204 @@
+"""The public interface of the planner, as the documents promise it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import sidestep
+
+
+def planner(**more: object) -> sidestep.Planner:
+    settings: dict[str, object] = {"horizon": 4, "time_step": 0.5, **more}
+    robot = settings.pop("robot", sidestep.Holonomic(max_speed=1.0, radius=0.3))
+    return sidestep.Planner(robot=robot, goal=settings.pop("goal", (0.0, 5.0)), **settings)  # type: ignore[arg-type]
+
+
+def person(x: float, y: float, **more: object) -> sidestep.PersonObservation:
+    return sidestep.PersonObservation(id=str(more.pop("id", "a")), position=(x, y), **more)  # type: ignore[arg-type]
+
+
+ROBOT = sidestep.RobotState(position=(0.0, -5.0))
+
+
+def test_the_call_of_the_architecture_page() -> None:
+    full = sidestep.Planner(
+        robot=sidestep.Holonomic(max_speed=1.0, radius=0.3),
+        goal=(0.0, 5.0),
+        human=sidestep.HumanModel(),
+        time_step=0.5,
+        horizon=8,
+        risk_limit=0.02,
+        clearance=0.7,
+    )
+    plan = full.step(
+        time=0.0,
+        robot=ROBOT,
+        people=[
+            sidestep.PersonObservation(id="a", position=(-5.0, 0.0), velocity=(1.0, 0.0), goal=None),
+        ],
+    )
+    assert plan.status == "certified"
+    assert plan.velocity.shape == plan.command.shape == (2,)
+    assert plan.positions.shape == (9, 2)
+    assert plan.collision_probability.shape == plan.risk.shape == (8,)
+    assert (plan.risk <= plan.risk_limit).all()
+    assert 0 < plan.people["a"].belief < 1
+    occupancy = plan.people["a"].occupancy
+    assert occupancy.shape == (9, *occupancy.lattice.shape)
+    np.testing.assert_allclose(np.asarray(occupancy).reshape(9, -1).sum(axis=1), 1.0, atol=1e-9)
+    full.reset()
+
+
+def test_alone_the_robot_goes_straight_at_full_speed() -> None:
+    plan = planner().step(time=0.0, robot=ROBOT, people=[])
+    assert plan.status == "certified"
+    np.testing.assert_allclose(plan.velocity, (0.0, 1.0), atol=1e-3)
+
+
+def test_a_plan_cannot_be_changed() -> None:
+    plan = planner().step(time=0.0, robot=ROBOT, people=[person(-3.0, -3.0)])
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        plan.status = "certified"  # type: ignore[misc]
+    for array in (plan.velocity, plan.positions, plan.collision_probability, plan.people["a"].occupancy.probability):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+
+
+def test_a_differential_drive_takes_speed_and_turn_rate() -> None:
+    base = sidestep.DifferentialDrive(max_speed=0.7, max_turn_rate=1.5, radius=0.18)
+    state = sidestep.RobotState(position=(0.0, -5.0), heading=np.pi / 2)
+    plan = planner(robot=base).step(time=0.0, robot=state, people=[person(-3.0, 0.0, velocity=(1.0, 0.0))])
+    v, omega = plan.command
+    assert 0 < v <= 0.7 + 1e-9
+    assert abs(omega) <= 1.5 + 1e-9
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_every_dimension(d: int) -> None:
+    start, goal, there = np.zeros(d), np.zeros(d), np.zeros(d)
+    goal[0], there[0] = 4.0, 3.0
+    p = planner(goal=goal, horizon=3)
+    seen = sidestep.PersonObservation(id="a", position=there, velocity=np.zeros(d))
+    plan = p.step(time=0.0, robot=sidestep.RobotState(position=start), people=[seen])
+    assert plan.positions.shape == (4, d)
+    assert np.isfinite(plan.positions).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"horizon": 0}, "planner.horizon"),
+        ({"time_step": -1.0}, "planner.time_step"),
+        ({"risk_limit": 0.0}, "planner.risk_limit"),
+        ({"risk_limit": float("nan")}, "planner.risk_limit"),
+        ({"clearance": -0.5}, "planner.clearance"),
+        ({"goal": (float("nan"), 0.0)}, "planner.goal"),
+        ({"goal": (float("inf"), 0.0)}, "planner.goal"),
+        ({"goal": (0.0, 0.0, 0.0, 0.0)}, "planner.goal"),
+        ({"goal_weight": -1.0}, "planner.goal_weight"),
+        ({"goal_weight": (1.0, 1.0, 1.0)}, "planner.goal_weight"),
+        ({"risk_rule": "hope"}, "planner.risk_rule"),
+        ({"horizn": 3}, "planner.horizn"),
+    ],
+)
+def test_bad_settings_get_one_line_that_names_the_field(changes: dict[str, object], field: str) -> None:
+    with pytest.raises(sidestep.InvalidInput) as error:
+        planner(**changes)
+    assert str(error.value).startswith(field)
+    assert "\n" not in str(error.value)
+
+
+def test_a_goal_inside_a_wall_is_refused_with_the_mend() -> None:
+    block = sidestep.Obstacles(polygons=[[(-1.0, 4.0), (1.0, 4.0), (1.0, 6.0), (-1.0, 6.0)]])
+    with pytest.raises(sidestep.InvalidInput, match=r"planner\.goal"):
+        planner(obstacles=block)
+
+
+NAN, INF = float("nan"), float("inf")
+
+
+@pytest.mark.parametrize(
+    ("robot", "people"),
+    [
+        (sidestep.RobotState(position=(NAN, 0.0)), []),
+        (sidestep.RobotState(position=(INF, 0.0)), []),
+        (sidestep.RobotState(position=(0.0, 0.0, 0.0)), []),
+        (ROBOT, [person(NAN, 0.0)]),
+        (ROBOT, [sidestep.PersonObservation(id="a", position=(0.0, 0.0, 1.0))]),
+        (ROBOT, None),
+    ],
+)
+def test_data_that_cannot_be_used_stop_the_robot_and_say_why(
+    robot: sidestep.RobotState, people: list[sidestep.PersonObservation] | None
+) -> None:
+    plan = planner().step(time=0.0, robot=robot, people=people)
+    assert plan.status == "stopped"
+    assert plan.reason
+    np.testing.assert_array_equal(plan.velocity, 0.0)
+    np.testing.assert_array_equal(plan.command, 0.0)
+
+
+@pytest.mark.parametrize(
+    "people",
+    [
+        [person(0.0, -5.0)],
+        [person(0.2, -5.0, velocity=(0.0, 0.0))],
+        [person(0.4, -4.9, velocity=(-100.0, 0.0))],
+        [person(1.0, -5.0), person(2.0, -5.0)],
+        [person(1.0, -4.0, velocity=(NAN, NAN))],
+        [person(1.0, -4.0, goal=(NAN, 1.0))],
+        [person(1.0, -4.0, position_covariance=-np.eye(2))],
+        [person(1e9, 1e9)],
+        [person(np.cos(a), -5 + np.sin(a), id=str(i)) for i, a in enumerate(np.linspace(0, 6, 12))],
+    ],
+    ids=["on-top", "inside", "fast", "same-id", "nan-velocity", "nan-goal", "bad-covariance", "far", "surrounded"],
+)
+def test_odd_worlds_give_a_finite_plan_within_the_limits(people: list[sidestep.PersonObservation]) -> None:
+    p = planner()
+    for i in range(3):
+        plan = p.step(time=0.5 * i, robot=ROBOT, people=people)
+        assert plan.status in ("certified", "least_risk", "stopped")
+        assert not plan.reason.startswith("internal"), plan.reason
+        for array in (plan.velocity, plan.command, plan.positions, plan.collision_probability, plan.risk):
+            assert np.isfinite(array).all()
+        assert (np.abs(plan.velocity) <= 1 + 1e-9).all()
+
+
+def test_time_running_backwards_stops_once_and_then_starts_afresh() -> None:
+    p = planner()
+    seen = [person(-4.0, 0.0, velocity=(1.0, 0.0))]
+    assert p.step(time=5.0, robot=ROBOT, people=seen).status == "certified"
+    back = p.step(time=1.0, robot=ROBOT, people=seen)
+    assert back.status == "stopped"
+    assert "backwards" in back.reason
+    assert p.step(time=1.5, robot=ROBOT, people=seen).status == "certified"
+
+
+def test_losing_sight_stops_within_the_timeout_and_recovers() -> None:
+    p = planner(timeout=1.0)
+    seen = [person(-4.0, 0.0, velocity=(1.0, 0.0))]
+    assert p.step(time=0.0, robot=ROBOT, people=seen).status == "certified"
+    assert p.step(time=0.5, robot=ROBOT, people=None).status != "stopped"
+    assert p.step(time=1.6, robot=ROBOT, people=None).status == "stopped"
+    assert p.step(time=1.7, robot=ROBOT, people=seen).status != "stopped"
+
+
+def test_two_people_with_the_same_name_are_both_avoided() -> None:
+    p = planner()
+    plan = p.step(time=0.0, robot=ROBOT, people=[person(1.0, -3.0), person(-1.0, -3.0)])
+    assert len(plan.people) == 2
+
+
+def test_the_same_calls_give_the_same_plans() -> None:
+    def run() -> list[np.ndarray]:
+        p = planner()
+        return [
+            p.step(time=0.5 * i, robot=ROBOT, people=[person(-3 + 0.5 * i, -3.0, velocity=(1.0, 0.0))]).positions
+            for i in range(4)
+        ]
+
+    for a, b in zip(run(), run(), strict=True):
+        np.testing.assert_array_equal(a, b)
