@@ -1,4 +1,12 @@
-"""Eq. 9 as frozen data: what the robot minimises, and under which limits."""
+"""Eq. 9 as frozen data: what the robot minimises, and under which limits.
+
+people = RiskField(people=[PersonMass.of_prediction(p) for p in predictions], distances=np.array([0.7, …]))
+problem = PlanningProblem(start=x, goal=g, time_step=0.5, horizon=8, max_speed=1.0, people=people)
+found = search(problem)                                                # exact on the lattice
+if not found.feasible:
+    found = search(replace(problem, graded=True), found.maps)         # least risk; the maps are used again
+refined = polish(problem, found)                                       # .path, .cost, .risk
+"""
 
 from __future__ import annotations
 
@@ -25,7 +33,8 @@ class PlanningProblem:
         goal_cost: "squared" is ‖x−g‖²_θ5 (Eq. 9a), "distance" is ‖θ5·(x−g)‖.
         goal_weight: θ5, one number or one per axis; effort_weight: θ6, likewise.
         terminal_weight: further multiple of the goal cost at step N.
-        people: the risk at any place, or None when nobody is near.
+        people: the risk at any place, or None when nobody is near; for the rule "cells" what `RiskField.cells_above`
+            returns.
         rule: see `sidestep.prediction.collision`; risk_limit: P_th.
         soft_risk_weight: λ, cost per unit probability and step, half of it charged midway.
         steep_risk_weight: cost per unit probability above the limit where the problem is `graded`.

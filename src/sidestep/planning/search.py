@@ -89,14 +89,15 @@ def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
     if not best.feasible or respects(best.risk, "trajectory", problem.risk_limit):
         return best
     found: SearchResult | None = None
+    high = math.inf
     step = max(float(maps.stage.max()), 1e-6)
     for _ in range(14):
-        price = low + step if found is None else 0.5 * (low + high)  # noqa: F821
+        price = low + step if found is None else 0.5 * (low + high)
         trial = _solve(problem, maps, problem.risk_limit, price)
         if trial.feasible and respects(trial.risk, "trajectory", problem.risk_limit):
             if found is None or trial.cost <= found.cost:
                 found = trial
-            high = price  # noqa: F841
+            high = price
         else:
             low = price
             step *= 4.0
