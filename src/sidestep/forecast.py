@@ -1,7 +1,8 @@
-"""What everybody will do if the robot moves along a given path: one prediction per person, and the risk they add up to."""
+"""What everybody will do if the robot moves along a path: one prediction per person, and the risk they add up to."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -117,18 +118,13 @@ class Forecast:
         if around.first_step_limit is None or not self.near:
             return None
         told = [self.predictions[m.id] for m in self.near]
-        sigmas = [np.sqrt(np.trace(m.position_covariance) / m.position.size) for m in self.near]
+        sigmas = [math.sqrt(float(np.trace(m.position_covariance)) / m.position.size) for m in self.near]
         return FirstStep(
             positions=np.array([m.position for m in self.near]),
             sigmas=np.array(sigmas),
             person=np.repeat(np.arange(len(told)), [len(p.velocities) for p in told]),
             velocities=np.concatenate([p.velocities for p in told]),
-            probabilities=np.concatenate(
-                [
-                    np.einsum("gb,gbn->n", m.belief.weights, p.action_probabilities)
-                    for m, p in zip(self.near, told, strict=True)
-                ]
-            ),
+            probabilities=np.concatenate([_mixed(m, p) for m, p in zip(self.near, told, strict=True)]),
             distances=np.array([around.contact(m) + _NEAR_MARGIN for m in self.near]),
             interval=around.interval,
             limit=around.first_step_limit,
@@ -153,10 +149,9 @@ def predicted(mind: Mind, path: Path, around: Circumstances, workspace: Workspac
     if around.obstacles is not None:
         reach = mind.model.reach * (around.horizon + around.look_ahead(mind))
         free = around.obstacles.free_cells(lattice.with_radius(reach), margin=0.5 * mind.model.radius)
+    learned = mind.randomness != mind.model.randomness
     return predict(
-        model=mind.model
-        if mind.randomness == mind.model.randomness
-        else replace(mind.model, randomness=mind.randomness),
+        model=replace(mind.model, randomness=mind.randomness) if learned else mind.model,
         lattice=lattice,
         goals=mind.goals,
         weights=mind.belief.weights,
@@ -170,8 +165,13 @@ def predicted(mind: Mind, path: Path, around: Circumstances, workspace: Workspac
     )
 
 
+def _mixed(mind: Mind, prediction: Prediction) -> FloatArray:
+    """(n,) action probabilities now, over goal and awareness as believed."""
+    return np.einsum("gb,gbn->n", mind.belief.weights, prediction.action_probabilities)
+
+
 def _mass(prediction: Prediction, mind: Mind, around: Circumstances) -> PersonMass:
-    spread = mind.spread(0.5 * around.time_step * np.arange(2 * around.horizon + 1))
+    spread = mind.spread(np.arange(2.0 * around.horizon + 1.0) * (0.5 * around.time_step))
     return PersonMass.of(
         lattice=prediction.occupancy.lattice,
         steps=prediction.occupancy.probability,

@@ -8,6 +8,7 @@ depends on the time that passed and not on the rate of the calls.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,6 +99,51 @@ class Mind:
         noise = self.habits.noise
         extra = np.trace(noise[:d, :d]) + 2 * times * np.trace(noise[:d, d:]) + times**2 * np.trace(noise[d:, d:])
         return weights, np.sqrt(sigmas**2 + np.maximum(extra, 0.0)[:, None] / d)
+
+
+class Unplaceable(Exception):  # noqa: N818 (says why the planner must stop; never leaves it)
+    """Somebody is there, but nobody can say where."""
+
+
+def met(
+    known: Mapping[str, Mind],
+    people: Sequence[PersonObservation],
+    time: float,
+    *,
+    model: HumanModel,
+    dimension: int,
+    time_step: float,
+    memory: float,
+) -> dict[str, Mind]:
+    """Return everybody who counts at `time` s: those seen, and those seen at most `memory` s ago.
+
+    People who share an id are told apart by primes: "a", "a'". A position that is not finite counts as not seen.
+
+    Raises:
+        Unplaceable: a position has the wrong dimension, or was never finite within `memory`.
+    """
+    present: dict[str, Mind] = {}
+    for seen in people:
+        name = seen.id
+        while name in present:
+            name += "'"
+        before = known.get(name)
+        if seen.position.shape != (dimension,):
+            raise Unplaceable(f"person {seen.id!r}: position has {seen.position.size} coordinates, not {dimension}")
+        if not np.isfinite(seen.position).all():
+            if before is None or time - before.seen > memory:
+                raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")
+            present[name] = miss(before, time)
+        elif before is None or before.model != (seen.model or model):
+            present[name] = replace(meet(seen, seen.model or model, time), id=name)
+        elif time > before.seen:
+            present[name] = observe(before, seen, time, time_step)
+        else:
+            present[name] = before
+    for name, before in known.items():
+        if name not in present and time - before.seen <= memory:
+            present[name] = miss(before, time)
+    return present
 
 
 def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind:

@@ -1,4 +1,4 @@
-"""`Planner.step`: what was seen → what people will do → a motion, its certificate, and the plain word for how safe it is."""
+"""`Planner.step`: what was seen → what people will do → a motion, its certificate, and in plain words how safe it is."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from sidestep.obstacles import Obstacles
 from sidestep.planning.anticipate import carried_forward, extended, straight
 from sidestep.planning.geodesic import DistanceField, distance_to_goal
 from sidestep.planning.ladder import Outcome, climb
-from sidestep.planning.plan import Plan
+from sidestep.planning.plan import Plan, stopped_plan
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.settings import PlannerSettings
 from sidestep.prediction.occupancy import Workspace
@@ -108,9 +108,7 @@ class Planner:
         started = perf_counter()
         try:
             trouble = self._trouble(time, robot, people)
-            plan = (
-                self._stopped(time, robot, trouble, started) if trouble else self._planned(time, robot, people, started)
-            )
+            plan = self._stopped(time, robot, trouble, started) if trouble else self._planned(time, robot, started)
         except Exception as error:  # a fault of ours must not leave the robot with an old command
             _log.exception("planning failed")
             plan = self._stopped(time, robot, f"internal error: {error!r}", started)
@@ -130,10 +128,8 @@ class Planner:
             return f"robot position has {robot.position.size} coordinates, the goal {self.goal.size}"
         if not np.isfinite(robot.position).all():
             return f"robot position is {robot.position.tolist()}"
-        if isinstance(self.robot, DifferentialDrive) and not math.isfinite(
-            math.nan if robot.heading is None else robot.heading
-        ):
-            return f"robot heading is {robot.heading}; a differential drive needs one"
+        if isinstance(self.robot, DifferentialDrive) and (robot.heading is None or not math.isfinite(robot.heading)):
+            return f"robot heading is {robot.heading}; a differential drive needs a finite one"
         self._interval = min(max(time - self._time, 0.02), self.settings.time_step)
         self._time = time
         if people is not None:
@@ -141,42 +137,26 @@ class Planner:
         elif time - self._informed > self.settings.timeout:
             age = "yet" if self._informed == -math.inf else f"for {time - self._informed:.2f} s"
             return f"no observation of people {age}"
-        return self._meet_everybody(time, people)
-
-    def _meet_everybody(self, time: float, people: Sequence[PersonObservation] | None) -> str:
-        """Bring the minds up to date; say who cannot be placed, or ''."""
-        settings, present = self.settings, dict[str, Mind]()
-        for seen in people or ():
-            name = seen.id
-            while name in present:
-                name += "'"
-            known = self._minds.get(name)
-            if seen.position.shape != self.goal.shape:
-                return f"person {seen.id!r}: position has {seen.position.size} coordinates, the goal {self.goal.size}"
-            if not np.isfinite(seen.position).all():
-                if known is None or time - known.seen > settings.memory:
-                    return f"person {seen.id!r}: position is {seen.position.tolist()}"
-                present[name] = minds.miss(known, time)
-            elif known is None or known.model != (seen.model or self.human):
-                present[name] = minds.meet(seen, seen.model or self.human, time)
-            elif time > known.seen:
-                present[name] = minds.observe(known, seen, time, settings.time_step)
-            else:
-                present[name] = known
-        for name, known in self._minds.items():
-            if name not in present and time - known.seen <= settings.memory:
-                present[name] = minds.miss(known, time)
-        self._minds = present
+        try:
+            self._minds = minds.met(
+                self._minds,
+                people or (),
+                time,
+                model=self.human,
+                dimension=self.goal.size,
+                time_step=self.settings.time_step,
+                memory=self.settings.memory,
+            )
+        except minds.Unplaceable as problem:
+            return str(problem)
         return ""
 
-    def _planned(
-        self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None, started: float
-    ) -> Plan:
+    def _planned(self, time: float, robot: RobotState, started: float) -> Plan:
         """Predict, plan, certify."""
         settings = self.settings
         start = self.robot.reference(robot)
         everybody = tuple(self._minds.values())
-        around = self._circumstances(time)
+        around = self._circumstances()
         steps = around.horizon + max((around.look_ahead(m) for m in everybody), default=1)
 
         def expected(path: Path) -> Forecast:
@@ -199,7 +179,7 @@ class Planner:
                 self._minds[mind.id] = minds.expect(mind, *told, time)
         return self._plan(time, robot, outcome, around, started)
 
-    def _circumstances(self, time: float) -> Circumstances:
+    def _circumstances(self) -> Circumstances:
         settings, robot = self.settings, self.robot
         across = math.sqrt(self.goal.size) if robot.shape == "box" else 1.0
         return Circumstances(
@@ -283,27 +263,14 @@ class Planner:
 
     def _stopped(self, time: float, robot: RobotState, reason: str, started: float) -> Plan:
         """The last rung: stand still, and say why."""
-        settings = self.settings
-        n, d = settings.horizon, self.goal.size
+        d = self.goal.size
         here = robot.position if robot.position.shape == (d,) and np.isfinite(robot.position).all() else np.zeros(d)
-        still = np.zeros(d)
-        size = 2 if isinstance(self.robot, DifferentialDrive) else d
-        return Plan(
+        return stopped_plan(
             time=time,
-            time_step=settings.time_step,
-            velocity=frozen_array(still),
-            command=frozen_array(np.zeros(size)),
-            positions=frozen_array(np.repeat(here[None], n + 1, axis=0)),
-            velocities=frozen_array(np.zeros((n, d))),
-            collision_probability=frozen_array(np.zeros(n)),
-            risk=frozen_array(np.zeros(n)),
-            risk_limit=settings.risk_limit,
-            status="stopped",
+            here=here,
+            inputs=2 if isinstance(self.robot, DifferentialDrive) else d,
+            settings=self.settings,
             reason=reason,
-            people=MappingProxyType({}),
-            horizon_used=0,
-            rounds=0,
-            cost=math.inf,
             duration=perf_counter() - started,
         )
 

@@ -1,9 +1,9 @@
 """From problem to motion: rounds of prediction and planning, the certificate, and the ladder of fall-backs.
 
-People respond to the plan, and the plan to the people. So a plan is made under the prediction that the last one induces, and
-then judged under the prediction that *it* induces: certified if every limit holds there, otherwise planned again. Where no
-round is certified the motion of least risk is taken; its cost rises steeply with the risk above the limit and mildly below
-it, so that there is no switch from driving to braking.
+People respond to the plan, and the plan to the people. So a plan is made under the prediction that the last one
+induces, and then judged under the prediction that *it* induces: certified if every limit holds there, otherwise planned again.
+Where no round is certified the motion of least risk is taken; its cost rises steeply with the risk above the limit and
+mildly below it, so that there is no switch from driving to braking.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _motion(problem: PlanningProblem, polished: bool) -> Path | None:
     found = search(problem)
     if not found.feasible:
         return None
-    return polish(problem, found.path) if polished else found.path
+    return polish(problem, found).path if polished else found.path
 
 
 def _foreseen(seen: F, path: Path, foresee: Callable[[Path], F]) -> tuple[F, int]:
@@ -127,7 +127,7 @@ def _least_risk(
     made: int,
     polished: bool,
 ) -> Outcome[F]:
-    """The cheapest of: the graded plan, the last uncertified plan, and standing still; each judged under its own effect."""
+    """The cheapest of the graded plan, the last uncertified one, and standing; each judged under its own effect."""
     problem = replace(problem_under(seen), graded=True)
     still = np.repeat(problem.start[None], problem.horizon + 1, axis=0)
     graded = _motion(problem, polished)
@@ -142,9 +142,8 @@ def _least_risk(
         if outcome.status == "certified" and path is not still:
             return outcome
         strict = replace(judged, graded=True)
-        price = strict.cost(path, outcome.risk) + float(
-            strict.first_step_costs(np.diff(path[:2], axis=0) / strict.time_step)[0]
-        )
+        first = np.diff(path[:2], axis=0) / strict.time_step
+        price = strict.cost(path, outcome.risk) + float(strict.first_step_costs(first)[0])
         outcomes.append((price if np.isfinite(price) else np.inf, outcome))
     price, outcome = min(outcomes, key=lambda pair: pair[0])
     return replace(outcome, rounds=made)

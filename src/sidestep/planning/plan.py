@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from sidestep.types import FloatArray, Path, Status, Vector
+import numpy as np
+
+from sidestep.planning.settings import PlannerSettings
+from sidestep.types import FloatArray, Path, Status, Vector, frozen_array
 
 if TYPE_CHECKING:
     from sidestep.prediction.occupancy import Occupancy
@@ -75,3 +80,28 @@ class Plan:
     cost: float
     duration: float
     signal: bool = False
+
+
+def stopped_plan(
+    *, time: float, here: Vector, inputs: int, settings: PlannerSettings, reason: str, duration: float
+) -> Plan:
+    """Return the last rung of the ladder: stand at `here` ((d,) m), command `inputs` zeros, and say why."""
+    n, d = settings.horizon, here.size
+    return Plan(
+        time=time,
+        time_step=settings.time_step,
+        velocity=frozen_array(np.zeros(d)),
+        command=frozen_array(np.zeros(inputs)),
+        positions=frozen_array(np.repeat(here[None], n + 1, axis=0)),
+        velocities=frozen_array(np.zeros((n, d))),
+        collision_probability=frozen_array(np.zeros(n)),
+        risk=frozen_array(np.zeros(n)),
+        risk_limit=settings.risk_limit,
+        status="stopped",
+        reason=reason,
+        people=MappingProxyType({}),
+        horizon_used=0,
+        rounds=0,
+        cost=math.inf,
+        duration=duration,
+    )
