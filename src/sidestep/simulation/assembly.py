@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sidestep.errors import InvalidInput
-from sidestep.robots import DifferentialDrive, Holonomic, RobotState
+from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.simulation.people import Person, Recorded
 from sidestep.simulation.recordings import Recording
 from sidestep.types import FloatArray
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sidestep.simulation.scenario import Scenario
 
 
-def robot_of(scenario: Scenario) -> Holonomic | DifferentialDrive:
+def robot_of(scenario: Scenario) -> Robot:
     """Return the robot of a scenario."""
     s = scenario.robot
     if s.kind == "differential":
@@ -29,6 +29,7 @@ def robot_of(scenario: Scenario) -> Holonomic | DifferentialDrive:
             radius=s.radius,
             reference_offset=s.reference_offset,
             max_acceleration=s.max_acceleration,
+            max_turn_acceleration=s.max_turn_acceleration,
         )
     return Holonomic(max_speed=s.max_speed, radius=s.radius, shape=s.shape, max_acceleration=s.max_acceleration)
 
@@ -49,8 +50,6 @@ def planner_of(scenario: Scenario, obstacles: Obstacles | None = None) -> Planne
         scenario: the run.
         obstacles: walls; None: those of the scenario.
     """
-    from dataclasses import asdict
-
     from sidestep.planner import Planner
 
     return Planner(
@@ -58,7 +57,7 @@ def planner_of(scenario: Scenario, obstacles: Obstacles | None = None) -> Planne
         goal=scenario.robot.goal,
         human=scenario.human,
         obstacles=obstacles_of(scenario) if obstacles is None else obstacles,
-        **asdict(scenario.planner),
+        settings=scenario.planner,
     )
 
 

@@ -29,7 +29,7 @@ from sidestep.simulation.recorder import Recorder
 from sidestep.simulation.recordings import Recording
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.sensing import Sensor
-from sidestep.types import FloatArray, Path, Vector
+from sidestep.types import FloatArray, Path
 
 if TYPE_CHECKING:
     from sidestep.obstacles import Obstacles
@@ -139,7 +139,6 @@ class Run:
         self.places = self._places(0.0)
         self.drift = np.zeros_like(self.places)
         self.motion: Answer
-        self.command: Vector
         self.planned_at = 0.0
         self.index = 0
         self.every = round(scenario.period / scenario.step)
@@ -203,7 +202,8 @@ class Run:
         before, self.places = self.places, self._places(now + step)
         self.drift = (self.places - before) / step
         self.recorder.instant(now + step, self.state.position, self.state.heading, self.places)
-        return float(np.linalg.norm(self.state.position - self.goal)) <= self.scenario.robot.goal_tolerance
+        points = (self.state.position, self.robot.reference(self.state))
+        return min(float(np.linalg.norm(p - self.goal)) for p in points) <= self.scenario.robot.goal_tolerance
 
     def _plan(self, now: float, observations: Sequence[PersonObservation]) -> float:
         """Ask the navigator; seconds of wall clock that it took."""
@@ -211,13 +211,11 @@ class Run:
         self.motion = self.navigator.step(time=now, robot=self.state, people=observations)
         spent = clock.perf_counter() - began
         self.planned_at = now
-        motion = self.motion
-        self.command = motion.command if isinstance(motion, Plan) else self.robot.command(motion.velocity, self.state)
         return spent
 
     def _moved(self, step: float) -> RobotState:
         """The robot's state one control step later; a wall stops it."""
-        after = self.robot.executed(self.command, self.state, step)
+        after = self.robot.follow(self.motion.velocity, self.state, step)
         walls = self.obstacles
         if walls is not None and not walls.segment_free(self.state.position[None], after.position[None], margin=0.0)[0]:
             still = np.zeros(self.scenario.dimension)
@@ -250,7 +248,7 @@ class Run:
         """What people can know of the robot's motion: the plan in force, or straight to the goal at its speed."""
         s, motion = self.scenario, self.motion
         steps = s.planner.horizon + max(s.human.horizon or 0, s.planner.horizon, 1)
-        here = self.state.position
+        here = self.robot.reference(self.state)
         if isinstance(motion, Plan):
             return carried_forward(motion, time=now, start=here, goal=self.goal, steps=steps)
         speed = float(np.linalg.norm(motion.velocity))

@@ -119,6 +119,10 @@ class Recorded:
             return None
         return self.track.at(t)
 
+    def velocity_before(self, time: float, window: float) -> Vector | None:
+        """Mean velocity (d,) m/s over the samples of the last `window` s up to `time`; None without a past."""
+        return self.track.velocity_before(time + self.offset, window)
+
     def decide(self, around: Surroundings) -> None:
         """Recorded people have decided long ago."""
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sidestep.human.observation import PersonObservation
-from sidestep.simulation.people import Person
+from sidestep.simulation.people import Person, Recorded
 from sidestep.simulation.settings import MeasurementSettings
 from sidestep.types import FloatArray, Vector
 
@@ -71,7 +71,7 @@ class Sensor:
                 continue
             measured = place + noise
             self._remember(person.id, time, measured)
-            velocity, covariance = self._velocity(person.id) if self.settings.velocity else (None, None)
+            velocity, covariance = self._velocity(person, time) if self.settings.velocity else (None, None)
             observations.append(
                 PersonObservation(
                     id=person.id,
@@ -102,9 +102,14 @@ class Sensor:
         while past[0][0] < time - max(_FORGOTTEN, self.window) - 1e-9:
             past.popleft()
 
-    def _velocity(self, name: str) -> tuple[Vector | None, FloatArray | None]:
-        """Mean velocity over the window up to now, and its covariance; None where the person is new."""
-        past = self._past[name]
+    def _velocity(self, person: Person, time: float) -> tuple[Vector | None, FloatArray | None]:
+        """Mean velocity over the window up to now, and its covariance; None where the person is new.
+
+        Of recorded people only samples up to now enter: between two samples, the position knows of the next one.
+        """
+        if isinstance(person, Recorded) and self._covariance is None:
+            return person.velocity_before(time, self.window), None
+        past = self._past[person.id]
         now, here = past[-1]
         if len(past) < 2:
             return None, None

@@ -37,8 +37,8 @@ class RobotSettings(Settings):
         radius: m, of the body.
         shape: "box" is the paper's U_R, "disc" limits the speed in every direction alike.
         max_acceleration: m/s², or None.
-        max_turn_rate: rad/s, differential only.
-        reference_offset: m, ℓ, differential only.
+        max_turn_rate: rad/s, max_turn_acceleration: rad/s² or None; differential only.
+        reference_offset: m, ℓ, differential only; None wastes no speed.
         goal_tolerance: m, within which the goal counts as reached.
     """
 
@@ -50,8 +50,9 @@ class RobotSettings(Settings):
     radius: Positive = 0.3
     shape: Literal["box", "disc"] = "disc"
     max_acceleration: Positive | None = None
-    max_turn_rate: Positive = 1.5
-    reference_offset: Positive = 0.1
+    max_turn_rate: Positive = 3.14
+    max_turn_acceleration: Positive | None = None
+    reference_offset: Positive | None = None
     goal_tolerance: Positive = 0.3
 
 

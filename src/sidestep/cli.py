@@ -1,0 +1,106 @@
+"""argv → command. The only place, with the commands themselves, that prints or exits.
+
+A command is a function in a module of its own, named in `COMMANDS`; nothing heavier than this file is imported until
+one is called.
+
+Exit status: 0 success, 2 bad input (one line on stderr), 1 a failure of ours, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import sys
+from collections.abc import Sequence
+
+COMMANDS: dict[str, tuple[str, str]] = {
+    "scenarios": ("sidestep.commands.scenarios:scenarios", "list what can be run, or print a scenario as TOML"),
+    "run": ("sidestep.commands.run:run", "send a robot past people: table, record, figure"),
+}
+"""Name → (module:function, one line of help), in the order of the overview."""
+
+BAD_INPUT, FAILURE, INTERRUPTED = 2, 1, 130
+
+
+def main() -> None:
+    """Run the command line and exit."""
+    sys.exit(execute(sys.argv[1:]))
+
+
+def execute(argv: Sequence[str]) -> int:
+    """Run one command line; the exit status."""
+    arguments = list(argv)
+    if not arguments or arguments[0] in ("--help", "-h", "help"):
+        return _help(arguments[1:])
+    if arguments[0] in ("--version", "-V"):
+        from sidestep import __version__
+
+        print(f"sidestep {__version__}")
+        return 0
+    if arguments[0] not in COMMANDS:
+        near = difflib.get_close_matches(arguments[0], COMMANDS, n=1)
+        mend = f"; did you mean {near[0]!r}?" if near else ""
+        return _complain(f"command: got {arguments[0]!r}; allowed: {', '.join(COMMANDS)}{mend}")
+    try:
+        return _call(arguments)
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, as in `sidestep scenarios | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing left to complain when Python exits
+        return 0
+
+
+def _help(rest: list[str]) -> int:
+    """The overview, or one command's own help."""
+    if rest and rest[0] in COMMANDS:
+        return execute([rest[0], "--help"])
+    width = max(len(name) for name in COMMANDS)
+    lines = [
+        "Plans a robot's motion among people who may not be watching.",
+        "",
+        "usage: sidestep COMMAND [options]",
+        "",
+    ]
+    lines += [f"  {name:<{width}}  {text}" for name, (_, text) in COMMANDS.items()]
+    lines += ["", "sidestep COMMAND --help explains each; sidestep --version. Start with: sidestep run crossing"]
+    print("\n".join(lines))
+    return 0
+
+
+def _call(arguments: list[str]) -> int:
+    from cyclopts import App, CycloptsError
+
+    from sidestep.errors import InvalidInput, MissingExtra, OutputError, SidestepError
+
+    app = App(name="sidestep", version_flags=(), help_format="plaintext")
+    name = arguments[0]
+    app.command(COMMANDS[name][0], name=name)
+    try:
+        status = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        return _complain(f"{_one_line(str(error))} (see sidestep {name} --help)")
+    except (InvalidInput, MissingExtra, OutputError) as error:
+        return _complain(str(error))
+    except SidestepError as error:
+        _complain(str(error))
+        return FAILURE
+    except BrokenPipeError:
+        raise
+    except Exception:  # a failure of ours: everything that helps to find it
+        import traceback
+
+        traceback.print_exc()
+        _complain(f"this is a fault of sidestep's own; please report it with the lines above (command: {name})")
+        return FAILURE
+    return status if isinstance(status, int) else 0
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _complain(text: str) -> int:
+    for line in text.splitlines():
+        print(f"sidestep: {line}", file=sys.stderr)
+    return BAD_INPUT

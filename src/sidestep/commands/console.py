@@ -1,0 +1,51 @@
+"""What people and programs see: one JSON object or a table on stdout, everything else on stderr."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+
+def emit_json(data: Mapping[str, Any]) -> None:
+    """Print exactly one JSON object on stdout; what is not a number there becomes null."""
+    sys.stdout.write(json.dumps(_plain(data), allow_nan=False) + "\n")
+    sys.stdout.flush()
+
+
+def say(text: str) -> None:
+    """Print one line on stderr."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def show(text: str) -> None:
+    """Print one line on stdout."""
+    print(text, flush=True)
+
+
+def table(rows: Iterable[Sequence[str]], *, title: str = "", header: Sequence[str] = ()) -> None:
+    """Print a table on stdout: the first column names, the others tell."""
+    from rich.console import Console
+    from rich.table import Table
+
+    grid = Table(title=title or None, title_justify="left", show_header=bool(header), box=None, pad_edge=False)
+    entries = [list(row) for row in rows]
+    for column in range(len(header) or max(len(row) for row in entries)):
+        grid.add_column(header[column] if header else "", style="bold" if column == 0 else None, overflow="fold")
+    for row in entries:
+        grid.add_row(*row)
+    Console(highlight=False).print(grid, markup=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if hasattr(value, "tolist"):  # numpy arrays and scalars
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
