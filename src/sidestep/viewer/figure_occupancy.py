@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgb
+from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Affine2D
 
 from sidestep.lattice import Lattice
 from sidestep.simulation.record import Record, Snapshot
@@ -132,42 +133,49 @@ def _lattice_of(snapshot: Snapshot, shape: tuple[int, ...]) -> Lattice:
     )
 
 
-def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane: Plane) -> QuadMesh | None:
+def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane: Plane) -> AxesImage | None:
     """Shade the cells of `snapshot.probability[row]`; the square root keeps the tails visible beside the peak."""
-    p, x, y = _in_plane(_lattice_of(snapshot, snapshot.probability[row].shape), snapshot.probability[row], plane)
-    alpha = np.sqrt(p / max(float(p.max()), 1e-12))
-    alpha[p < FAINTEST] = 0.0
-    kept = np.argwhere(alpha > 0)
-    if len(kept) == 0:
+    p = snapshot.probability[row]
+    cells, corner, turn = _in_plane(_lattice_of(snapshot, p.shape), p, plane)
+    alpha = np.sqrt(cells / max(float(cells.max()), 1e-12))
+    alpha[cells < FAINTEST] = 0.0
+    if not (alpha > 0).any():
         return None
-    (a0, b0), (a1, b1) = kept.min(axis=0), kept.max(axis=0) + 1
-    colours = np.concatenate([np.broadcast_to(to_rgb(colour), (*p.shape, 3)), 0.7 * alpha[..., None]], axis=-1)
-    corners = (slice(a0, a1 + 1), slice(b0, b1 + 1))
-    return axes.pcolormesh(x[corners], y[corners], colours[a0:a1, b0:b1], rasterized=True, zorder=2)
+    colours = np.concatenate([np.broadcast_to(to_rgb(colour), (*cells.shape, 3)), 0.7 * alpha[..., None]], axis=-1)
+    size = np.array(cells.shape) * (snapshot.spacing, 2 * STRIP if p.ndim == 1 else snapshot.spacing)
+    # An image and not a mesh: turned cells of a mesh show seams where their edges overlap.
+    extent = (float(corner[0]), float(corner[0] + size[0]), float(corner[1]), float(corner[1] + size[1]))
+    image = AxesImage(axes, interpolation="nearest", origin="lower", extent=extent, zorder=2)
+    image.set_data(colours.transpose(1, 0, 2))
+    image.set_transform(turn + axes.transData)
+    image.set_clip_path(axes.patch)
+    axes.add_image(image)
+    return image
 
 
-def _in_plane(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return cells (m, n) of one plane of the world and the coordinates of their corners (m+1, n+1)."""
+def _in_plane(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray, FloatArray, Affine2D]:
+    """Return (m, n) cells of one plane, the (2,) m lower corner in a frame of their own, and the way to the world."""
+    lower = -(lattice.radius + 0.5) * lattice.spacing
     if lattice.dimension == 3:
         return _projected(lattice, p, plane)
-    edges = (np.arange(lattice.width + 1) - lattice.radius - 0.5) * lattice.spacing
     if lattice.dimension == 1:
-        x, y = np.meshgrid(lattice.rotation[0, 0] * edges + lattice.origin[0], (-STRIP, STRIP), indexing="ij")
-        return p[:, None], x, y
-    local: FloatArray = np.stack(np.meshgrid(edges, edges, indexing="ij"), axis=-1, dtype=np.float64)
-    world = lattice.to_world(local)
-    return p, world[..., 0], world[..., 1]
+        turn = Affine2D().scale(float(lattice.rotation[0, 0]), 1.0).translate(float(lattice.origin[0]), 0.0)
+        return p[:, None], np.array([lower, -STRIP]), turn
+    matrix = np.eye(3)
+    matrix[:2, :2] = lattice.rotation
+    matrix[:2, 2] = lattice.origin
+    return p, np.array([lower, lower]), Affine2D(matrix)
 
 
-def _projected(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Sum a 3-D occupancy onto a plane of the world: (cells), and the corners' coordinates."""
-    points = lattice.positions().reshape(-1, 3)[:, list(plane)]
-    centre = lattice.origin[list(plane)]
+def _projected(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray, FloatArray, Affine2D]:
+    """Sum a 3-D occupancy onto a plane of the world, around the lattice's origin."""
+    axes = list(plane)
+    points = (lattice.positions() - lattice.origin).reshape(-1, 3)[:, axes]
     reach = (np.ceil(lattice.radius * np.sqrt(3)) + 0.5) * lattice.spacing
     edges = np.arange(-reach, reach + 0.5 * lattice.spacing, lattice.spacing)
-    bins = (edges + centre[0], edges + centre[1])
-    total, x, y = np.histogram2d(points[:, 0], points[:, 1], bins=bins, weights=p.ravel())
-    return total, *np.meshgrid(x, y, indexing="ij")
+    total, _, _ = np.histogram2d(points[:, 0], points[:, 1], bins=(edges, edges), weights=p.ravel())
+    x, y = (float(c) for c in lattice.origin[axes])
+    return total, np.array([edges[0], edges[0]]), Affine2D().translate(x, y)
 
 
 def _draw_now(axes: Axes, record: Record, step: int, plane: Plane) -> None:

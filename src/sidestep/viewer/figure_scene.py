@@ -25,6 +25,7 @@ def draw_paths(
     `names` writes who is who and the seconds beside the marks; `shape` is width over height of the panel.
     """
     i, j = plane
+    frame_scene(axes, record, plane, shape=shape)
     draw_walls(axes, record, plane)
     marks = time_marks(record)
     few = len(record.people) <= 3
@@ -34,8 +35,7 @@ def draw_paths(
         _draw_path(axes, path, colour, crowd=rank >= len(style.PEOPLE))
         if rank < len(style.PEOPLE):
             _draw_marks(axes, path, record.time, marks, colour, written=names and (few or rank < 2))
-            name = f"person {record.people[person]}" if few else record.people[person]
-            _draw_start(axes, path, colour, name if names else "")
+            _draw_start(axes, path, colour, record.people[person] if names else "")
             _draw_goal(axes, record.people_goals[person][[i, j]], colour, "X")
     robot = record.robot_positions[:, [i, j]]
     _draw_path(axes, robot, style.ROBOT)
@@ -45,7 +45,6 @@ def draw_paths(
     near = closest_approaches(record)
     if near:
         draw_approach(axes, record, near[0], plane)
-    frame_scene(axes, record, plane, shape=shape)
     style.style_axes(axes, x=f"{AXIS_NAMES[i]} (m)", y=f"{AXIS_NAMES[j]} (m)", title=title)
 
 
@@ -55,7 +54,7 @@ def draw_paths_over_time(axes: Axes, record: Record, *, title: str = "") -> None
         colour = style.person_colour(rank)
         path = record.people_positions[:, person, 0]
         axes.plot(record.time, path, color=colour, linewidth=style.LINE)
-        _label_line_start(axes, record.time, path, f"person {record.people[person]}", colour)
+        _label_line_start(axes, record.time, path, record.people[person], colour)
         if np.isfinite(record.people_goals[person, 0]):
             axes.axhline(float(record.people_goals[person, 0]), color=colour, linewidth=1.0, linestyle=":")
     robot = record.robot_positions[:, 0]
@@ -169,12 +168,14 @@ def _draw_start(axes: Axes, path: FloatArray, colour: str, label: str) -> None:
         len(path[seen]) > 1 and path[seen][min(5, seen.sum() - 1), 1] > y + 0.3
     )  # the name goes where the path does not
     axes.plot(x, y, color=colour, marker="o", markersize=9, markerfacecolor="white", markeredgewidth=2, zorder=6)
+    left, right = axes.get_xlim()
+    across = (x - left) / (right - left)
     axes.annotate(
         label,
         (x, y),
-        xytext=(0, -10 if upward else 10),
+        xytext=(-8 if across < 0.2 else 8 if across > 0.8 else 0, -10 if upward else 10),
         textcoords="offset points",
-        ha="center",
+        ha="left" if across < 0.2 else "right" if across > 0.8 else "center",
         va="top" if upward else "bottom",
         color=colour,
         fontsize=style.TEXT,
