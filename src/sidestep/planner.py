@@ -1,4 +1,4 @@
-"""`Planner.step`: what was seen → what people will do → a motion, its certificate, and in plain words how safe it is."""
+"""`Planner.step`: what was seen → what people will do → a motion, its certificate, and how safe that is, in words."""
 
 from __future__ import annotations
 

@@ -1,13 +1,27 @@
-"""P(‖y + σ·n‖ < r) for a standard normal n: the share of a Gaussian blob, centred a distance away, that lies in a ball."""
+"""F(d): the share of a Gaussian blob, centred d away, that lies in a ball of radius r.
+
+F depends on d, r and σ through z = (r − d)/σ and s = σ/r alone, and is smooth in both, down to the step at σ = 0: one
+table serves all.
+"""
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
 
 from sidestep.types import FloatArray
+
+TAIL = 5.5
+"""σ beyond which F is taken for 0 or 1; what is lost is below 4e-8."""
+ALONG = 401
+"""Samples of z in [−TAIL, TAIL]."""
+ACROSS = 65
+"""Samples of s/(1 + s) in [0, 1]."""
+SAMPLES = 192
+"""Samples of the mixture of one person at one instant."""
 
 
 @njit(cache=True)
@@ -17,18 +31,19 @@ def _normal(x: float) -> float:
 
 @njit(cache=True)
 def ball_probability(distance: float, radius: float, sigma: float, dimension: int, nodes: FloatArray) -> float:
-    """Probability that a Gaussian (isotropic, σ = `sigma` m) around a point `distance` m away falls within `radius` m.
+    """F by closed form in 1-D and 3-D, in 2-D by quadrature over x = r·sin t where the blob has weight.
 
-    Closed forms in 1-D and 3-D; in 2-D the integral over x = r·sin t, or over x = d + σ·s where the blob is the
-    narrower one. `nodes`: (2, n) Gauss–Legendre abscissae and weights on [−1, 1].
+    Args:
+        distance: m, ≥ 0.
+        radius: m.
+        sigma: m, per axis; at 0 a step.
+        dimension: 1, 2 or 3.
+        nodes: (2, n) Gauss–Legendre abscissae and weights on [−1, 1].
     """
     if sigma <= 0.0:
         return 1.0 if distance < radius else 0.0
-    z = (radius - distance) / sigma
-    if z < -9.0:
-        return 0.0
     if dimension == 1:
-        return _normal(z) - _normal(-(radius + distance) / sigma)
+        return _normal((radius - distance) / sigma) - _normal(-(radius + distance) / sigma)
     if dimension == 3:
         return _ball_3d(distance, radius, sigma)
     low, high = max(-radius, distance - 7.0 * sigma), min(radius, distance + 7.0 * sigma)
@@ -49,88 +64,102 @@ def ball_probability(distance: float, radius: float, sigma: float, dimension: in
 @njit(cache=True)
 def _ball_3d(distance: float, radius: float, sigma: float) -> float:
     near, far = (radius - distance) / sigma, (radius + distance) / sigma
-    if distance < 1e-4 * sigma:
-        value = (
-            1.0 - 2.0 * _normal(-radius / sigma) - radius / sigma * 0.7978845608028654 * math.exp(-0.5 * near * near)
-        )
-        return max(0.0, value)
+    if distance < 1e-3 * sigma:
+        inner = 1.0 - 2.0 * _normal(-radius / sigma)
+        return max(0.0, inner - radius / sigma * 0.7978845608028654 * math.exp(-0.5 * near * near))
     tails = math.exp(-0.5 * near * near) - math.exp(-0.5 * far * far)
     value = _normal(near) - _normal(-far) - sigma / distance * 0.3989422804014327 * tails
     return min(1.0, max(0.0, value))
 
 
 @njit(cache=True)
-def profile_index(distance: float, radius: float, scale: float) -> float:
-    """Place of a distance on the table's axis, in (−1, 1): dense around the ball's surface, sparse far from it."""
-    x = distance - radius
-    return x / (abs(x) + scale)
+def _fill(dimension: int, nodes: FloatArray, along: int, across: int) -> FloatArray:
+    table = np.empty((across, along))
+    for j in range(across):
+        v = j / (across - 1)
+        for i in range(along):
+            z = -TAIL + 2.0 * TAIL * i / (along - 1)
+            if j == 0:
+                table[j, i] = _normal(z)
+            elif j == across - 1:
+                table[j, i] = 0.0
+            else:
+                s = v / (1.0 - v)
+                table[j, i] = ball_probability(abs(1.0 - z * s), 1.0, s, dimension, nodes)
+    return table
+
+
+@lru_cache(maxsize=3)
+def blob_table(dimension: int) -> FloatArray:
+    """Return (ACROSS, ALONG) F over s/(1 + s) and z; made once per dimension."""
+    nodes = np.stack(np.polynomial.legendre.leggauss(48))
+    return _fill(dimension, nodes, ALONG, ACROSS)
 
 
 @njit(cache=True)
-def profile_value(distance: float, table: FloatArray, grid: FloatArray) -> float:
-    """Read F(distance) by linear interpolation; `grid` = (radius m, scale m, first place, places per sample)."""
-    t = (profile_index(distance, grid[0], grid[1]) - grid[2]) / grid[3]
-    i = int(t)
-    if i >= table.size - 1:
+def blob(distance: float, radius: float, sigma: float, table: FloatArray) -> float:
+    """F by bilinear interpolation in the table of `blob_table`; within 1e-4."""
+    if sigma <= 1e-9:
+        return 1.0 if distance <= radius * (1.0 - 1e-9) else 0.0
+    z = (radius - distance) / sigma
+    if z <= -TAIL:
         return 0.0
-    return table[i] + (t - i) * (table[i + 1] - table[i])
+    x = (min(z, TAIL) + TAIL) * ((ALONG - 1) / (2.0 * TAIL))
+    y = sigma / (radius + sigma) * (ACROSS - 1)
+    i, j = min(int(x), ALONG - 2), min(int(y), ACROSS - 2)
+    a, b = x - i, y - j
+    low = table[j, i] + a * (table[j, i + 1] - table[j, i])
+    return low + b * (table[j + 1, i] + a * (table[j + 1, i + 1] - table[j + 1, i]) - low)
 
 
 @njit(cache=True)
-def class_profiles(
-    radius: float, sigmas: FloatArray, dimension: int, nodes: FloatArray, samples: int
+def mixture(distance: float, radius: float, weights: FloatArray, sigmas: FloatArray, table: FloatArray) -> float:
+    """Σ_c weights[c]·F(distance; σ_c)."""
+    total = 0.0
+    for c in range(weights.size):
+        if weights[c] > 0.0:
+            total += weights[c] * blob(distance, radius, sigmas[c], table)
+    return total
+
+
+@njit(cache=True)
+def profiles(
+    radius: float, weights: FloatArray, sigmas: FloatArray, table: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Tabulate F(distance) for each half instant and class.
+    """Tabulate the mixture of one person for each half instant, densely around the ball's surface.
 
     Args:
-        radius: m; sigmas: (blocks, C) m; samples: points per table.
+        radius: m.
+        weights: (C,) of the classes.
+        sigmas: (B, C) m.
+        table: of `blob_table`.
 
     Returns:
-        tables (blocks, C, samples) and grids (blocks, 4), see `profile_value`.
+        samples (B, SAMPLES) and grids (B, 4), see `profile_value`.
     """
-    blocks, classes = sigmas.shape
-    tables = np.empty((blocks, classes, samples))
+    blocks = sigmas.shape[0]
+    samples = np.empty((blocks, SAMPLES))
     grids = np.empty((blocks, 4))
     for b in range(blocks):
-        finest = radius
-        for s in sigmas[b]:
-            if s > 0.0:
-                finest = min(finest, s)
-        scale = 3.0 * finest
-        first = profile_index(0.0, radius, scale)
-        last = profile_index(radius + 5.0 * max(np.max(sigmas[b]), finest), radius, scale)
-        grids[b, 0], grids[b, 1], grids[b, 2], grids[b, 3] = radius, scale, first, (last - first) / (samples - 1)
-        for i in range(samples):
-            t = first + i * grids[b, 3]
+        scale = 3.0 * min(max(np.min(sigmas[b]), 0.01 * radius), radius)
+        first = -radius / (radius + scale)
+        far = TAIL * np.max(sigmas[b]) + 1e-6
+        step = (far / (far + scale) - first) / (SAMPLES - 1)
+        grids[b, 0], grids[b, 1], grids[b, 2], grids[b, 3] = radius, scale, first, step
+        for i in range(SAMPLES):
+            t = first + i * step
             distance = max(0.0, radius + scale * t / (1.0 - abs(t)))
-            for c in range(classes):
-                tables[b, c, i] = ball_probability(distance, radius, sigmas[b, c], dimension, nodes)
-    return tables, grids
+            samples[b, i] = mixture(distance, radius, weights, sigmas[b], table)
+        samples[b, SAMPLES - 1] = 0.0
+    return samples, grids
 
 
 @njit(cache=True)
-def staircase(tables: FloatArray, grids: FloatArray, levels: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bound each falling profile F from above by steps.
-
-    Args:
-        tables: (blocks, samples); grids: (blocks, 4); levels: (S,) falling values at which a step ends.
-
-    Returns:
-        radii (blocks, S) m and shares (blocks, S): F(d) ≤ Σ_s shares[s]·[d ≤ radii[s]] wherever F > levels[-1].
-    """
-    blocks, samples = tables.shape
-    radii = np.zeros((blocks, levels.size))
-    shares = np.zeros((blocks, levels.size))
-    for b in range(blocks):
-        top = tables[b, 0]
-        i = 0
-        for s in range(levels.size):
-            while i < samples and tables[b, i] > levels[s]:
-                i += 1
-            t = grids[b, 2] + min(i, samples - 1) * grids[b, 3]
-            radii[b, s] = max(0.0, grids[b, 0] + grids[b, 1] * t / (1.0 - abs(t)))
-            below = levels[s] if s < levels.size - 1 else 0.0
-            if top > below:
-                shares[b, s] = top - below
-                top = below
-    return radii, shares
+def profile_value(distance: float, samples: FloatArray, grid: FloatArray) -> float:
+    """Read a profile by linear interpolation; `grid` = (radius m, scale m, first place, places per sample)."""
+    x = distance - grid[0]
+    t = (x / (abs(x) + grid[1]) - grid[2]) / grid[3]
+    i = int(t)
+    if i >= samples.size - 1:
+        return 0.0
+    return samples[i] + (t - i) * (samples[i + 1] - samples[i])

@@ -1,9 +1,9 @@
 """From problem to motion: rounds of prediction and planning, the certificate, and the ladder of fall-backs.
 
 People respond to the plan, and the plan to the people. So a plan is made under the prediction that the last one
-induces, and then judged under the prediction that *it* induces: certified if every limit holds there, otherwise planned again.
-Where no round is certified the motion of least risk is taken; its cost rises steeply with the risk above the limit and
-mildly below it, so that there is no switch from driving to braking.
+induces, and then judged under the prediction that *it* induces: certified if every limit holds there, otherwise planned
+again. Where no round is certified the motion of least risk is taken; its cost rises steeply with the risk above the
+limit and mildly below it, so that there is no switch from driving to braking.
 """
 
 from __future__ import annotations
