@@ -15,7 +15,6 @@ fi
 [ -x .venv-ros1/bin/uv ] || .venv-ros1/bin/python -m pip install --quiet --disable-pip-version-check "uv>=0.5"
 install=(.venv-ros1/bin/uv pip install --quiet --python .venv-ros1/bin/python)
 "${install[@]}" -r requirements/run.txt
-tools/pinned.sh requirements/test.txt scikit-learn rosbags | "${install[@]}" -r - -c requirements/run.txt
 "${install[@]}" --no-deps --no-build-isolation --editable .
 .venv-ros1/bin/python - <<'PYTHON'
 import diagnostic_msgs.msg, geometry_msgs.msg, nav_msgs.msg, numba, rospy, sensor_msgs.msg, tf2_ros, visualization_msgs.msg

@@ -9,7 +9,6 @@ python=${PYTHON:-$(command -v python3.11 || command -v python3)}
 [ -x .venv-ros2/bin/uv ] || .venv-ros2/bin/python -m pip install --quiet --disable-pip-version-check "uv>=0.5"
 install=(.venv-ros2/bin/uv pip install --quiet --python .venv-ros2/bin/python)
 "${install[@]}" -r requirements/run.txt
-tools/pinned.sh requirements/test.txt scikit-learn rosbags | "${install[@]}" -r - -c requirements/run.txt
 "${install[@]}" ros-jazzy-rclpy ros-jazzy-rmw-fastrtps-cpp ros-jazzy-geometry-msgs ros-jazzy-sensor-msgs \
     ros-jazzy-nav-msgs ros-jazzy-visualization-msgs ros-jazzy-diagnostic-msgs
 "${install[@]}" --no-deps --no-build-isolation --editable .

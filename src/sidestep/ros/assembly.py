@@ -1,0 +1,132 @@
+"""From settings to a running node: robot, planner, walls, senses, threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sidestep.obstacles import Obstacles, OccupancyGrid
+from sidestep.planner import Planner
+from sidestep.planning.plan import Plan
+from sidestep.ros.core import Core
+from sidestep.ros.frames import Frames, Lookup
+from sidestep.ros.inputs import Inputs, Sensing
+from sidestep.ros.messages import Map
+from sidestep.ros.outgoing import Maker
+from sidestep.ros.predicted import occupancy_raster
+from sidestep.ros.publisher import Publisher
+from sidestep.ros.runner import Runner
+from sidestep.ros.sensing import MeasuredPeople
+from sidestep.ros.settings import NodeSettings
+from sidestep.ros.wiring import Subscription, subscriptions
+from sidestep.simulation.assembly import obstacles_of, planner_of, robot_of
+from sidestep.simulation.scenario import Scenario
+from sidestep.types import FloatArray, Vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AssembledNode:
+    """Everything that a node is made of.
+
+    Attributes:
+        core: decides; inputs: what has arrived; runner: threads.
+        subscriptions: what to listen to.
+    """
+
+    core: Core
+    inputs: Inputs
+    runner: Runner
+    subscriptions: list[Subscription]
+
+
+class PlannerSource:
+    """Makes planners, and keeps one (with what it has learned of people) while only the goal changes."""
+
+    def __init__(self, settings: NodeSettings) -> None:
+        self._settings = settings
+        self._map: Map | None = None
+        self._planner: Planner | None = None
+
+    def __call__(self, goal: Vector, grid: Map | None) -> Planner:
+        """Return a planner that leads to `goal` (2,) m among the walls of `grid`.
+
+        Raises:
+            InvalidInput: the goal is inside a wall.
+        """
+        if self._planner is None or grid is not self._map:
+            scenario = scenario_of(self._settings, goal)
+            self._planner = planner_of(scenario, walls_of(scenario, grid))
+            self._map = grid
+        elif not np.array_equal(self._planner.goal, goal):
+            self._planner.goal = goal
+        return self._planner
+
+
+def assemble(
+    settings: NodeSettings,
+    *,
+    make: Maker,
+    send: Callable[[str, Any], None],
+    clock: Callable[[], float],
+    lookup: Lookup,
+) -> AssembledNode:
+    """Return a node that is ready to be started.
+
+    Args:
+        settings: parameters.
+        make: dialect of the messages.
+        send: (topic, message) publishes.
+        clock: s, the time of stamps.
+        lookup: tf.
+    """
+    node = settings.node
+    frames = Frames(
+        planning=node.frame, base=node.base_frame, mount=node.scanner_mount, same=node.same_frames, lookup=lookup
+    )
+    inputs = Inputs(settings, sensing=sensing_of(settings), frames=frames)
+    robot = robot_of(scenario_of(settings, np.zeros(2)))
+    core = Core(settings, inputs=inputs, wheels=robot, make_planner=PlannerSource(settings))
+    radius = settings.human.radius
+
+    def raster(plan: Plan, corner: Vector, resolution: float, cells: int) -> FloatArray:
+        return occupancy_raster(plan, corner, resolution, cells, radius=radius)
+
+    outlet = Publisher(make=make, send=send, node=node, raster=raster, radius=radius)
+    return AssembledNode(
+        core=core,
+        inputs=inputs,
+        runner=Runner(settings, core=core, inputs=inputs, outlet=outlet, clock=clock),
+        subscriptions=subscriptions(settings, core=core, inputs=inputs, clock=clock),
+    )
+
+
+def scenario_of(settings: NodeSettings, goal: Vector) -> Scenario:
+    """Return the scenario, without people, that says of robot, planner and people's model what the parameters say."""
+    return Scenario(
+        name="node",
+        robot=settings.robot.model_copy(update={"goal": tuple(goal.tolist())}),
+        planner=settings.planner,
+        human=settings.human,
+        walls=settings.walls,
+    )
+
+
+def walls_of(scenario: Scenario, grid: Map | None) -> Obstacles | None:
+    """Return the walls of the parameters and those of the map, or None where there are none."""
+    if grid is None:
+        return obstacles_of(scenario)
+    cells = OccupancyGrid(
+        occupied=np.ascontiguousarray(grid.occupied.T),  # messages have rows along y
+        resolution=grid.resolution,
+        origin=(grid.origin.x, grid.origin.y),
+        yaw=grid.origin.yaw,
+    )
+    return Obstacles(polygons=[np.array(wall) for wall in scenario.walls], grid=cells)
+
+
+def sensing_of(settings: NodeSettings) -> Sensing:
+    """Return what turns messages into people."""
+    return MeasuredPeople(noise=settings.human.measurement_noise, memory=settings.planner.memory)
