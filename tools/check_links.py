@@ -51,7 +51,9 @@ def faults(site: Path) -> tuple[list[str], set[str]]:
                 target = target / "index.html"
             if not target.exists():
                 broken.append(f"{path.relative_to(site)}: {address}: no such page or file")
-            elif parts.fragment and target in pages and unquote(parts.fragment) not in pages[target].anchors | {"__top"}:
+            elif (
+                parts.fragment and target in pages and unquote(parts.fragment) not in pages[target].anchors | {"__top"}
+            ):
                 broken.append(f"{path.relative_to(site)}: {address}: no such anchor")
     return broken, outside
 

@@ -9,13 +9,22 @@ from pathlib import Path
 
 from command_page import command_page
 from equations import with_mathml
-from evidence_pages import evidence_pages
+from evidence_pages import evidence_pages, titles
 from examples_page import examples_page
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from scenario_page import scenario_page
 
 ROOT = Path(__file__).resolve().parents[2]
+RESULTS = ROOT / "docs" / "evidence" / "results"
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Put the pages that there are results for into the navigation."""
+    for entry in config.nav or []:
+        if "Evidence" in entry:
+            entry["Evidence"] += [{title: address} for address, title in titles(RESULTS).items()]
+    return config
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -25,7 +34,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "reference/command-line.md": command_page(),
         "start/examples.md": examples_page(ROOT / "examples", ROOT / "docs" / "figures" / "examples"),
         "changelog.md": (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"),
-        **evidence_pages(ROOT / "docs" / "evidence" / "results"),
+        **evidence_pages(RESULTS),
     }
     for address, text in pages.items():
         files.append(File.generated(config, address, content=text))

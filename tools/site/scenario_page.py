@@ -75,12 +75,12 @@ def _rows(model: type) -> Iterator[Row]:
 
 def _allowed(model: Any, name: str) -> str:
     """Return what the check of a dataclass field says is allowed, by asking it with values that never are."""
-    for wrong in (math.nan, -1, (math.nan,), "?"):
+    for wrong in (math.nan, -1, (math.nan, math.nan), "?"):
         try:
             model(**{name: wrong})
         except InvalidInput as refusal:
             return refusal.allowed
-        except TypeError:
+        except (TypeError, ValueError):
             continue
     return ""
 

@@ -1,0 +1,63 @@
+"""Only the prediction, inside somebody else's planner.
+
+You have a planner and want to know what a candidate motion risks. `predict` gives the person's
+occupancy under that very motion, once as a concerned and once as an unconcerned person; `RiskField`
+turns it into the probability of being too near.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import sidestep
+from sidestep.human.goals import PointGoal
+from sidestep.prediction.collision import PersonMass, RiskField
+from sidestep.prediction.occupancy import frame_of, predict
+
+HORIZON, STEP, CLEARANCE = 8, 0.5, 0.7  # steps, s, m
+
+
+def risk(path: np.ndarray, concerned: float) -> float:
+    """P(nearer than the clearance) at the worst instant along `path` ((2N+1, 2) m)."""
+    model = sidestep.HumanModel(randomness=0.1)
+    position, velocity = (-3.0, 0.0), (1.0, 0.0)
+    prediction = predict(
+        model=model,
+        lattice=frame_of(model, position, velocity, STEP),
+        goals=[PointGoal((5.0, 0.0))],
+        weights=[[1 - concerned, concerned]],
+        robot_path=path,
+        horizon=HORIZON,
+        time_step=STEP,
+    )
+    field = RiskField([PersonMass.of_prediction(prediction)], distance=CLEARANCE)
+    return max(float(field.at(2 * k, path[k][None])[0]) for k in range(1, HORIZON + 1))
+
+
+def main(folder: Path) -> None:
+    angles = np.linspace(-70, 70, 29)  # degrees away from straight up
+    k = np.arange(2 * HORIZON + 2)[:, None]
+    axes = Figure(figsize=(6, 4), layout="constrained").add_subplot(
+        xlabel="direction of the candidate motion (degrees)", ylabel="risk", yscale="log", ylim=(1e-4, 1)
+    )
+    for concerned, colour, name in (
+        (0.0, "#D55E00", "unconcerned"),
+        (0.5, "#CC79A7", "unknown"),
+        (1.0, "#009E73", "concerned"),
+    ):
+        risks = []
+        for angle in np.radians(angles):
+            path = np.array([0.0, -3.0]) + STEP * k * np.array([np.sin(angle), np.cos(angle)])  # 1 m/s
+            risks.append(risk(path, concerned))
+        print(
+            f"{name}: straight on {risks[len(angles) // 2]:.3f}, best {min(risks):.4f} at {angles[np.argmin(risks)]:.0f}°"
+        )
+        axes.plot(angles, np.maximum(risks, 1e-4), color=colour, label=name)
+    axes.legend(title="the person is")
+    axes.figure.savefig(folder / "08_predictor_only.png", dpi=120)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path())
