@@ -18,7 +18,7 @@ TAIL = 5.5
 """σ beyond which F is taken for 0 or 1; what is lost is below 4e-8."""
 ALONG = 401
 """Samples of z in [−TAIL, TAIL]."""
-ACROSS = 65
+ACROSS = 161
 """Samples of s/(1 + s) in [0, 1]."""
 SAMPLES = 192
 """Samples of the mixture of one person at one instant."""
@@ -92,7 +92,7 @@ def _fill(dimension: int, nodes: FloatArray, along: int, across: int) -> FloatAr
 @lru_cache(maxsize=3)
 def blob_table(dimension: int) -> FloatArray:
     """Return (ACROSS, ALONG) F over s/(1 + s) and z; made once per dimension."""
-    nodes = np.stack(np.polynomial.legendre.leggauss(48))
+    nodes = np.stack(np.polynomial.legendre.leggauss(40))
     return _fill(dimension, nodes, ALONG, ACROSS)
 
 

@@ -32,7 +32,6 @@ def _halfway_costs(
     step: int,
     radius: int,
     active: IntArray,
-    parities: int,
     risk: Costs,
     blocked: NDArray[np.bool_],
     weight: float,
@@ -40,27 +39,65 @@ def _halfway_costs(
     steep: float,
     out: Costs,
 ) -> None:
-    """Costs at the points halfway between step and step + 1, one box per parity; `risk` may be empty."""
+    """Costs at the points halfway between step and step + 1, one box per parity; `risk` may be empty.
+
+    The risk of a point between raster cells is the mean over the cells around it.
+    """
     r = (radius * (2 * step + 1) + 1) // 2
     w0, w1, w2 = _sizes(r, active)
-    full = (blocked.shape[3] - 1) // 2 if active[2] else 0
-    for p in range(parities):
-        for i in range(w0):
-            for j in range(w1):
-                at = ((p * w0 + i) * w1 + j) * w2
-                row = out[at : at + w2]
-                if risk.size > 0:
-                    seen = risk[at : at + w2]
-                    for k in range(w2):
-                        row[k] = charge(seen[k], weight, limit, steep)
-                else:
-                    row[:] = 0.0
-                if blocked.size > 0:
-                    s = full - r
-                    wall = blocked[p, i + s * active[0], j + s * active[1], s * active[2] : s * active[2] + w2]
-                    for k in range(w2):
-                        if wall[k]:
-                            row[k] = np.inf
+    s = (blocked.shape[3] - 1) // 2 - r
+    for p0 in range(1 + active[0]):
+        for p1 in range(1 + active[1]):
+            for p2 in range(1 + active[2]):
+                p = (p0 * (1 + active[1]) + p1) * (1 + active[2]) + p2
+                for i in range(w0):
+                    i1 = min(i + p0, w0 - 1)
+                    for j in range(w1):
+                        j1 = min(j + p1, w1 - 1)
+                        at = ((p * w0 + i) * w1 + j) * w2
+                        row = out[at : at + w2]
+                        row[:] = 0.0
+                        if risk.size > 0:
+                            a = risk[(i * w1 + j) * w2 : (i * w1 + j + 1) * w2]
+                            b = risk[(i * w1 + j1) * w2 : (i * w1 + j1 + 1) * w2]
+                            c = risk[(i1 * w1 + j) * w2 : (i1 * w1 + j + 1) * w2]
+                            d = risk[(i1 * w1 + j1) * w2 : (i1 * w1 + j1 + 1) * w2]
+                            _charge_means(a, b, c, d, p2, weight, limit, steep, row)
+                        if blocked.size > 0:
+                            wall = blocked[p, i + s * active[0], j + s * active[1], s * active[2] : s * active[2] + w2]
+                            for k in range(w2):
+                                if wall[k]:
+                                    row[k] = np.inf
+
+
+@njit(cache=True)
+def _charge_means(
+    a: Costs, b: Costs, c: Costs, d: Costs, odd: int, weight: float, limit: float, steep: float, row: Costs
+) -> None:
+    """Charge the mean of four rows, and with `odd` that of neighbours in them."""
+    quarter = np.float32(0.25)
+    for k in range(row.size):
+        row[k] = quarter * (a[k] + b[k] + c[k] + d[k])
+    if odd:
+        for k in range(row.size - 1):
+            row[k] = np.float32(0.5) * (row[k] + row[k + 1])
+    for k in range(row.size):
+        row[k] = charge(row[k], weight, limit, steep)
+
+
+@njit(cache=True)
+def _halfway_risk(z0: int, z1: int, z2: int, half: IntArray, risk: Costs) -> float:
+    """Mean risk of the raster cells around a point given in half cells."""
+    w1, w2 = 2 * half[1] + 1, 2 * half[2] + 1
+    total = np.float32(0.0)
+    for i in range(2):
+        for j in range(2):
+            for k in range(2):
+                q0 = ((z0 + i) >> 1) + half[0]
+                q1 = ((z1 + j) >> 1) + half[1]
+                q2 = ((z2 + k) >> 1) + half[2]
+                total += risk[(q0 * w1 + q1) * w2 + q2]
+    return np.float32(0.125) * total
 
 
 @njit(cache=True)
@@ -232,7 +269,7 @@ def solve(
         _arrival_costs(k + 1, radius, active, stage, end, walls, weights[0], limit, steep, following)
         use = mid.size > 0 or free.size > 0
         if use:
-            _halfway_costs(k, radius, active, parities, mid, free, weights[1], limit, steep, halfway)
+            _halfway_costs(k, radius, active, mid, free, weights[1], limit, steep, halfway)
         if k > 0:
             _block_standing(k, radius, active, walls, value)
             _sweep(k, radius, active, taps, effort, following, halfway, use, value)
@@ -305,7 +342,6 @@ def _walk(
         r = radius * (k + 1)
         v0, v1, v2 = _sizes(r, active)
         m = (radius * (2 * k + 1) + 1) // 2
-        h0, h1, h2 = _sizes(m, active)
         for t in range(taps.shape[0]):
             a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
             n0, n1, n2 = y0 + a, y1 + b, y2 + c
@@ -321,8 +357,8 @@ def _walk(
             q1 = y1 + (b >> 1) + m * active[1]
             q2 = y2 + (c >> 1) + m * active[2]
             if some[2 * k + 1]:
-                mid = ((parity * h0 + q0) * h1 + q1) * h2 + q2
-                cost += part * charge(risk[starts[2 * k + 1] + mid], weights[1], limit, steep)
+                seen = _halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, m * active, risk[starts[2 * k + 1] :])
+                cost += part * charge(seen, weights[1], limit, steep)
             if k == 0:
                 cost += first[t]
             elif blocked_halfway.size > 0:

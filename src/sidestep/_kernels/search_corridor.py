@@ -15,26 +15,25 @@ from sidestep.types import FloatArray, IntArray
 def _risk_near(
     c: FloatArray, block: int, radius: int, active: IntArray, values: NDArray[np.float32], starts: IntArray
 ) -> float:
-    """Risk at the raster point nearest to c (3,) cells from the robot; 1 outside the raster."""
-    odd = block & 1
-    half = (radius * block + 1) // 2 if odd else radius * (block // 2)
-    place = 0
-    parity = 0
-    for a in range(3):
-        z = int(math.floor((2.0 if odd else 1.0) * c[a] + 0.5)) if active[a] else 0
-        q = z >> 1 if odd else z
-        if odd and active[a]:
-            parity = 2 * parity + (z & 1)
-        h = half * active[a]
-        if q < -h or q > h:
-            return 1.0
-        place = place * (2 * h + 1) + q + h
-    if odd:
-        size = 1
+    """Risk at c (3,) cells from the robot, interpolated; 1 outside the raster."""
+    half = (radius * block + 1) // 2
+    total = 0.0
+    for corner in range(8):
+        weight = 1.0
+        place = 0
         for a in range(3):
-            size *= 2 * half * active[a] + 1
-        place += parity * size
-    return values[starts[block] + place]
+            h = half * active[a]
+            up = (corner >> a) & 1
+            q = int(math.floor(c[a]))
+            part = c[a] - q if active[a] else 0.0
+            weight *= part if up else 1.0 - part
+            q = q + up if active[a] else 0
+            if weight > 0.0 and (q < -h or q > h):
+                return 1.0
+            place = place * (2 * h + 1) + q + h
+        if weight > 0.0:
+            total += weight * values[starts[block] + place]
+    return total
 
 
 @njit(cache=True)
@@ -69,20 +68,19 @@ def corridor(
         block = n + 1
         if not some[block]:
             continue
-        fine = 0.5 if block & 1 else 1.0
         for a in range(3):
             if active[a]:
                 c[:] = doubled[n]
-                c[a] += fine
+                c[a] += 1.0
                 above = _risk_near(c, block, radius, active, values, starts)
-                c[a] -= 2.0 * fine
-                slope[n, a] = (above - _risk_near(c, block, radius, active, values, starts)) / (2.0 * fine)
+                c[a] -= 2.0
+                slope[n, a] = (above - _risk_near(c, block, radius, active, values, starts)) / 2.0
         for m in range(directions.shape[0]):
-            t = 0.5 * fine
-            while t <= reach + 0.5 * fine:
+            t = 0.25
+            while t <= reach + 0.25:
                 c[:] = doubled[n] + t * directions[m]
                 if _risk_near(c, block, radius, active, values, starts) > limit:
-                    room[n, m] = t - 0.5 * fine
+                    room[n, m] = t - 0.25
                     break
-                t += 0.5 * fine
+                t += 0.25
     return room, slope

@@ -5,24 +5,25 @@ Half instants count twice as fast as steps: half instant 2k is step k, 2k+1 lies
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sidestep._kernels.risk import compact, mass_at, rasterise, rasterise_all
-from sidestep._kernels.risk_profile import master_table, mixed_profiles, staircase
+from sidestep._kernels.risk import compact, mass_near, mass_within
+from sidestep._kernels.risk_profile import blob_table, profiles
+from sidestep._kernels.risk_raster import rasterise, rasterise_all
 from sidestep.lattice import Lattice
-from sidestep.prediction.occupancy import Prediction
 from sidestep.types import FloatArray, IntArray, Path
 
-SAMPLES = 192
-"""Samples of each tabulated profile."""
-STEPS = 6
-"""Steps of the staircase that bounds a smooth profile in the rasters."""
+if TYPE_CHECKING:
+    from sidestep.prediction.occupancy import Prediction
+
+EXACT = 1e-6
+"""Probability that evaluations of a spread-out person may leave out, and then add as if it were near."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,15 +100,18 @@ class PersonMass:
         s[1::2] *= 0.5
         return s
 
+    @property
+    def spread(self) -> bool:
+        """True if positions are blurred."""
+        return self.sigmas is not None and self.weights is not None and bool(np.any(self.sigmas > 0))
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Profile:
-    """F(distance) of one person; `sharp` is a step at the clearance."""
+    def cells(self, tolerance: float) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return the cells (·, 3) m that matter, their masses, and (B+1,) where the blocks start in them.
 
-    sharp: bool
-    tables: FloatArray  # (B, samples)
-    grids: FloatArray  # (B, 4)
-    reaches: FloatArray  # (B,) m
+        Args:
+            tolerance: mass that may be left out of each block.
+        """
+        return compact(self.flat, self.offsets, self.radii, self.spacings, *_frame(self.lattice), tolerance)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -135,24 +139,22 @@ class RiskField:
         return self.midway and any(p.offsets[2] > p.offsets[1] for p in self.people if len(p.radii) > 1)
 
     @cached_property
-    def _profiles(self) -> list[_Profile]:
-        return [_profile(p, float(r)) for p, r in zip(self.people, self.distances, strict=True)]
+    def _evaluators(self) -> list[_Sharp | _Blurred]:
+        pairs = zip(self.people, self.distances, strict=True)
+        return [_Blurred.of(p, float(r)) if p.spread else _Sharp.of(p, float(r)) for p, r in pairs]
 
     def per_person(self, instants: IntArray, points: FloatArray) -> FloatArray:
-        """Return (P, M) the probability that each person is close to `points[m]` at half instant `instants[m]`.
+        """Return (P, M) the probability that each person is close to a point at a half instant.
 
         Args:
-            instants: (M,) half instants, 0 ≤ · < B; points: (M, d) m.
+            instants: (M,) half instants, 0 ≤ · < B.
+            points: (M, d) m.
         """
-        out = np.zeros((len(self.people), len(points)))
         embedded = _embed(points)
         index = np.ascontiguousarray(instants, dtype=np.int64)
-        for row, person, profile, distance in zip(out, self.people, self._profiles, self.distances, strict=True):
-            origin, rotation, active = _frame(person.lattice)
-            row[:] = mass_at(
-                embedded, index, person.flat, person.offsets, person.radii, person.spacings, origin, rotation, active,
-                float(distance), profile.sharp, profile.tables, profile.grids, profile.reaches,
-            )  # fmt: skip
+        out = np.empty((len(self.people), len(points)))
+        for row, evaluator in zip(out, self._evaluators, strict=True):
+            row[:] = evaluator.at(index, embedded)
         return out
 
     def at(self, instant: int, points: FloatArray) -> FloatArray:
@@ -181,7 +183,7 @@ class RiskField:
     ) -> NDArray[np.float32]:
         """Return the probability over the (2·radius+1)^d places origin + spacing·i at a half instant.
 
-        Equal to `at` without spread; with spread never below it as far as it matters for `limit` (see `_levels`).
+        Equal to `at` without spread; with spread an approximation that serves `limit` (see `_kernels.risk_raster`).
         """
         d = len(origin)
         active = _active(d)
@@ -189,60 +191,49 @@ class RiskField:
         w0, w1, w2 = (int(w) for w in 2 * half + 1)
         out = np.zeros((w0, w1, w2), dtype=np.float32)
         if self.people:
-            cells, masses, starts, radii, shares = self._clouds(0.0, limit)
+            clouds = self._clouds(0.0)
             ends = np.zeros((w0, w1 + 1, w2))
-            rasterise(
-                cells,
-                masses,
-                starts,
-                radii,
-                shares,
-                _embed_point(origin),
-                spacing,
-                instant,
-                np.zeros(3),
-                half,
-                ends,
-                out,
-            )
+            place = _embed_point(np.asarray(origin, dtype=np.float64))
+            rasterise(*clouds, place, spacing, instant, half, active, blob_table(d), limit, ends, out)
         return out.reshape((2 * radius + 1,) * d)
 
     def rasters(self, origin: FloatArray, spacing: float, radius: int, limit: float = 0.02) -> RiskRasters:
         """Return the probability at all places that a robot may reach which moves ≤ `radius` cells per axis and step.
 
         Args:
-            origin: (d,) m; spacing: m; radius: cells per step.
-            limit: the risk limit that the rasters shall serve; tails of 1 % of it are left out per person.
+            origin: (d,) m.
+            spacing: m.
+            radius: cells per step.
+            limit: the risk limit that the rasters shall serve; tails of 2 % of it are left out per person.
         """
-        clouds = self._clouds(0.01 * limit, limit)
+        d = len(origin)
         values, starts, some = rasterise_all(
-            *clouds, _embed_point(origin), spacing, radius, _active(len(origin)), self.has_midway
-        )
+            *self._clouds(0.02 * limit), _embed_point(origin), spacing, radius, _active(d), blob_table(d), limit,
+            self.has_midway,
+        )  # fmt: skip
         return RiskRasters(values=values, starts=starts, some=some)
 
-    def _clouds(
-        self, tolerance: float, limit: float
-    ) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray]:
-        """Everybody's cells (M, 3) m, masses (M,), starts (P, B+1), and staircases: radii and shares (P, B, S)."""
-        cells: list[FloatArray] = []
-        masses: list[FloatArray] = []
+    def _clouds(self, tolerance: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]:
+        """Everybody's cells (·, 3) m, masses, starts (P, B+1), distances (P,), class weights (P, C), sigmas (P, B, C)."""
+        listed = [p.cells(tolerance) for p in self.people]
+        classes = max(1, max(0 if p.weights is None else len(p.weights) for p in self.people))
+        weights = np.zeros((len(self.people), classes))
+        sigmas = np.zeros((len(self.people), self.blocks, classes))
         starts = np.empty((len(self.people), self.blocks + 1), dtype=np.int64)
-        radii = np.zeros((len(self.people), self.blocks, STEPS))
-        shares = np.zeros_like(radii)
         at = 0
-        for h, (person, profile) in enumerate(zip(self.people, self._profiles, strict=True)):
-            x, m, begin = compact(
-                person.flat, person.offsets, person.radii, person.spacings, *_frame(person.lattice), tolerance
-            )
-            cells.append(x)
-            masses.append(m)
+        for h, (person, (_, masses, begin)) in enumerate(zip(self.people, listed, strict=True)):
             starts[h] = begin + at
-            at += len(m)
-            if profile.sharp:
-                radii[h, :, 0], shares[h, :, 0] = self.distances[h], 1.0
+            at += len(masses)
+            if person.spread and person.weights is not None and person.sigmas is not None:
+                weights[h, : len(person.weights)] = person.weights
+                sigmas[h, :, : len(person.weights)] = person.sigmas
             else:
-                radii[h], shares[h] = staircase(profile.tables, profile.grids, _levels(limit))
-        return np.concatenate(cells), np.concatenate(masses), starts, radii, shares
+                weights[h, 0] = 1.0
+        if len(listed) == 1:
+            return listed[0][0], listed[0][1], starts, self.distances, weights, sigmas
+        cells = np.concatenate([x for x, _, _ in listed])
+        masses = np.concatenate([m for _, m, _ in listed])
+        return cells, masses, starts, self.distances, weights, sigmas
 
     def cells_above(self, threshold: float) -> RiskField:
         """Rule `cells` of the paper: a field that is 1 within the distance of any cell with P ≥ `threshold`, else 0.
@@ -281,25 +272,44 @@ class RiskRasters:
         )
 
 
-def _levels(limit: float) -> FloatArray:
-    """Where a staircase's steps end: one just below the limit, three above, two below it."""
-    at = 0.9 * min(max(limit, 1e-6), 0.9)
-    return np.concatenate([at ** (np.arange(1, 5) / 4), at * np.array([0.15, 0.02])])
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sharp:
+    """Evaluates one person without spread: sums the cells within the distance."""
+
+    person: PersonMass
+    spacings: FloatArray
+    frame: tuple[FloatArray, FloatArray, IntArray]
+    distance: float
+
+    @classmethod
+    def of(cls, person: PersonMass, distance: float) -> _Sharp:
+        return cls(person, person.spacings, _frame(person.lattice), distance)
+
+    def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
+        person = self.person
+        return mass_within(
+            points, instants, person.flat, person.offsets, person.radii, self.spacings, *self.frame, self.distance
+        )
 
 
-@lru_cache(maxsize=3)
-def _master(dimension: int) -> tuple[FloatArray, FloatArray]:
-    """The disc (ball, interval) probability in units of σ and its axes; bilinear error below 4e-4."""
-    axes = np.array([[math.log(0.02), 0.034, 272.0], [-5.5, 0.05, 291.0]])
-    return master_table(dimension, np.stack(np.polynomial.legendre.leggauss(40)), axes), axes
+@dataclass(frozen=True, slots=True, eq=False)
+class _Blurred:
+    """Evaluates one person with spread: sums all cells that matter, each with its share within the distance."""
 
+    listed: tuple[FloatArray, FloatArray, IntArray]
+    samples: FloatArray
+    grids: FloatArray
 
-def _profile(person: PersonMass, distance: float) -> _Profile:
-    if person.sigmas is None or person.weights is None or not np.any(person.sigmas > 0):
-        return _Profile(True, np.zeros((1, 1)), np.zeros((1, 4)), np.zeros(1))
-    sigmas = np.ascontiguousarray(person.sigmas, dtype=np.float64)
-    tables, grids = mixed_profiles(distance, person.weights, sigmas, *_master(person.lattice.dimension), SAMPLES)
-    return _Profile(False, tables, grids, distance + 5.0 * sigmas.max(axis=1))
+    @classmethod
+    def of(cls, person: PersonMass, distance: float) -> _Blurred:
+        assert person.weights is not None and person.sigmas is not None
+        table = blob_table(person.lattice.dimension)
+        sigmas = np.ascontiguousarray(person.sigmas, dtype=np.float64)
+        samples, grids = profiles(distance, np.ascontiguousarray(person.weights, dtype=np.float64), sigmas, table)
+        return cls(person.cells(EXACT), samples, grids)
+
+    def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
+        return np.minimum(mass_near(points, instants, *self.listed, self.samples, self.grids) + EXACT, 1.0)
 
 
 def _active(dimension: int) -> IntArray:
