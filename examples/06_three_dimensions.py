@@ -26,9 +26,8 @@ def main(folder: Path) -> None:
     record = sidestep.simulate(scenario, seed=3)
     numbers = measure(record)
     height = record.robot_positions[:, 2]
-    print(
-        f"{record.time[-1]:.1f} s, nearest {numbers.min_distance:.2f} m, height {height.min():.2f} to {height.max():.2f} m"
-    )
+    print(f"{record.time[-1]:.1f} s, nearest {numbers.min_distance:.2f} m")
+    print(f"height {height.min():.2f} to {height.max():.2f} m")
     save_figure(run_figure(record), folder / "06_three_dimensions.png")
 
 

@@ -42,18 +42,14 @@ def main(folder: Path) -> None:
     axes = Figure(figsize=(6, 4), layout="constrained").add_subplot(
         xlabel="direction of the candidate motion (degrees)", ylabel="risk", yscale="log", ylim=(1e-4, 1)
     )
-    for concerned, colour, name in (
-        (0.0, "#D55E00", "unconcerned"),
-        (0.5, "#CC79A7", "unknown"),
-        (1.0, "#009E73", "concerned"),
-    ):
+    beliefs = {"unconcerned": (0.0, "#D55E00"), "unknown": (0.5, "#CC79A7"), "concerned": (1.0, "#009E73")}
+    for name, (concerned, colour) in beliefs.items():
         risks = []
         for angle in np.radians(angles):
             path = np.array([0.0, -3.0]) + STEP * k * np.array([np.sin(angle), np.cos(angle)])  # 1 m/s
             risks.append(risk(path, concerned))
-        print(
-            f"{name}: straight on {risks[len(angles) // 2]:.3f}, best {min(risks):.4f} at {angles[np.argmin(risks)]:.0f}°"
-        )
+        best = np.argmin(risks)
+        print(f"{name}: straight on {risks[len(angles) // 2]:.3f}, best {risks[best]:.4f} at {angles[best]:.0f}°")
         axes.plot(angles, np.maximum(risks, 1e-4), color=colour, label=name)
     axes.legend(title="the person is")
     axes.figure.savefig(folder / "08_predictor_only.png", dpi=120)

@@ -16,9 +16,9 @@ def command_page() -> str:
             ["| command | what it does |", "|---|---|"]
             + [f"| [`sidestep {name}`](#sidestep-{name}) | {text} |" for name, (_, text) in COMMANDS.items()]
         ),
-        "Results go to stdout, progress and messages to stderr. With `--json` stdout holds exactly one JSON object. Exit "
-        "status: 0 success, 2 bad input (one line on stderr that names the field and the mend), 1 a failure of ours, "
-        "130 interrupted.",
+        "Results go to stdout, progress and messages to stderr. With `--json` stdout holds exactly one JSON object. "
+        "Exit status: 0 success, 2 bad input (one line on stderr that names the field and the mend), 1 a failure of "
+        "ours, 130 interrupted.",
     ]
     for name, (where, _) in COMMANDS.items():
         app = App(name="sidestep", version_flags=(), help_format="plaintext")

@@ -1,4 +1,4 @@
-"""Results of our commands → pages. One JSON file per study in docs/evidence/results, written by tools/make_evidence.py."""
+"""Results of our commands → pages. One JSON file per study in docs/evidence/results, from tools/make_evidence.py."""
 
 from __future__ import annotations
 
