@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -131,14 +131,20 @@ class Forecast:
         )
 
 
-def foresee(minds: tuple[Mind, ...], path: Path, around: Circumstances, workspace: Workspace) -> Forecast:
-    """Predict everybody who matters, under the robot motion `path` ((≥ N + M + 1, d) m)."""
+def foresee(
+    minds: tuple[Mind, ...], path: Path, around: Circumstances, workspace: Workspace, check: Callable[[], object]
+) -> Forecast:
+    """Predict everybody who matters, under the robot motion `path` ((≥ N + M + 1, d) m); `check` before each."""
     near = [m for m in minds if around.matters(m, path[0])]
+    predictions: dict[str, Prediction] = {}
+    for mind in near:
+        check()
+        predictions[mind.id] = predicted(mind, path, around, workspace)
     return Forecast(
         path=path,
         around=around,
         minds=minds,
-        predictions={m.id: predicted(m, path, around, workspace) for m in near},
+        predictions=predictions,
     )
 
 

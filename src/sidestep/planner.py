@@ -14,20 +14,20 @@ import numpy as np
 
 from sidestep import minds
 from sidestep.errors import InvalidInput, UnknownName
-from sidestep.forecast import Circumstances, Forecast, foresee, person_plan
+from sidestep.forecast import person_plan
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
+from sidestep.ladder import Outcome, climb
 from sidestep.minds import Mind
 from sidestep.obstacles import Obstacles
-from sidestep.planning.anticipate import carried_forward, extended, straight
 from sidestep.planning.geodesic import DistanceField, distance_to_goal
-from sidestep.planning.ladder import Outcome, climb
+from sidestep.planning.pace import Pace
 from sidestep.planning.plan import Plan, stopped_plan
-from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.settings import PlannerSettings
 from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
-from sidestep.types import FloatArray, Path, Vector, VectorLike, frozen_array
+from sidestep.situation import OutOfTime, Situation, circumstances
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
 
 _log = logging.getLogger(__name__)
 
@@ -62,6 +62,7 @@ class Planner:
         self.obstacles = obstacles
         self.settings = _settled(settings, changes)
         self._workspace = Workspace()
+        self._pace = Pace()
         self._minds: dict[str, Mind] = {}
         self._last: Plan | None = None
         self._time = -math.inf  # s, of the last call
@@ -97,18 +98,29 @@ class Planner:
         self._minds, self._last = {}, None
         self._time = self._informed = -math.inf
 
-    def step(self, *, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> Plan:
+    def step(
+        self,
+        *,
+        time: float,
+        robot: RobotState,
+        people: Sequence[PersonObservation] | None,
+        wish: VectorLike | None = None,
+    ) -> Plan:
         """Return a motion for now. Never raises, never returns NaN: what cannot be planned for is answered by a stop.
 
         Args:
             time: s, now; any rate.
             robot: as measured now.
             people: everybody who is seen now; [] is "nobody is there", None is "no data".
+            wish: (d,) m/s, a velocity that another controller asks for: the plan begins as close to it as can be
+                certified (see `SafetyFilter`). What is not finite is not wished.
         """
         started = perf_counter()
         try:
             trouble = self._trouble(time, robot, people)
-            plan = self._stopped(time, robot, trouble, started) if trouble else self._planned(time, robot, started)
+            plan = (
+                self._stopped(time, robot, trouble, started) if trouble else self._planned(time, robot, started, wish)
+            )
         except Exception as error:  # a fault of ours must not leave the robot with an old command
             _log.exception("planning failed")
             plan = self._stopped(time, robot, f"internal error: {error!r}", started)
@@ -151,110 +163,68 @@ class Planner:
             return str(problem)
         return ""
 
-    def _planned(self, time: float, robot: RobotState, started: float) -> Plan:
-        """Predict, plan, certify."""
+    def _situation(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Situation:
+        """Gather what this call starts from."""
         settings = self.settings
-        start = self.robot.reference(robot)
-        everybody = tuple(self._minds.values())
-        around = self._circumstances()
-        steps = around.horizon + max((around.look_ahead(m) for m in everybody), default=1)
-
-        def expected(path: Path) -> Forecast:
-            whole = extended(path, self.goal, time_step=settings.time_step, steps=steps)
-            return foresee(everybody, whole, around, self._workspace)
-
-        def problem_under(seen: Forecast) -> PlanningProblem:
-            return self._problem(seen, start, robot, around)
-
-        outcome = climb(
-            problem_under,
-            expected,
-            self._anticipated(time, start, steps),
-            rounds=settings.rounds,
-            polished=settings.polish,
-            in_time=lambda: settings.deadline is None or perf_counter() - started < 0.5 * settings.deadline,
+        wanted = None if wish is None else frozen_array(wish)
+        if wanted is not None and (wanted.shape != self.goal.shape or not np.isfinite(wanted).all()):
+            wanted = None
+        horizon = settings.horizon if settings.deadline is None else self._pace.horizon(settings)
+        return Situation(
+            time=time,
+            robot=self.robot,
+            state=robot,
+            start=self.robot.reference(robot),
+            goal=self.goal,
+            settings=settings,
+            around=circumstances(
+                settings,
+                self.robot,
+                horizon=horizon,
+                interval=self._interval,
+                dimension=self.goal.size,
+                obstacles=self.obstacles,
+            ),
+            everybody=tuple(self._minds.values()),
+            field=self._field,
+            workspace=self._workspace,
+            stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
+            wish=wanted,
         )
-        for mind, told in zip(everybody, outcome.foreseen.expectations(), strict=True):
+
+    def _planned(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Plan:
+        """Predict, plan, certify."""
+        now = self._situation(time, robot, started, wish)
+        try:
+            outcome = climb(now, now.anticipated(self._last))
+        except OutOfTime:
+            self._pace.late(now.around.horizon)
+            return self._stopped(time, robot, f"no plan within the deadline of {self.settings.deadline} s", started)
+        self._pace.took(now.around.horizon, perf_counter() - started)
+        for mind, told in zip(now.everybody, outcome.foreseen.expectations(), strict=True):
             if told is not None:
                 self._minds[mind.id] = minds.expect(mind, *told, time)
-        return self._plan(time, robot, outcome, around, started)
+        return self._plan(now, outcome, started)
 
-    def _circumstances(self) -> Circumstances:
-        settings, robot = self.settings, self.robot
-        across = math.sqrt(self.goal.size) if robot.shape == "box" else 1.0
-        return Circumstances(
-            time_step=settings.time_step,
-            horizon=settings.horizon,
-            robot_radius=robot.planning_radius,
-            robot_speed=robot.planning_speed * across,
-            clearance=settings.clearance,
-            midway=settings.midway,
-            first_step_limit=settings.first_step_limit,
-            interval=self._interval,
-            obstacles=self.obstacles,
-        )
-
-    def _anticipated(self, time: float, start: Vector, steps: int) -> Path:
-        """The last plan carried forward, or straight to the goal."""
-        settings = self.settings
-        last = self._last
-        if last is not None and time - last.time <= settings.horizon * settings.time_step:
-            return carried_forward(last, time=time, start=start, goal=self.goal, steps=steps)
-        speed = self.robot.planning_speed
-        return straight(start, self.goal, speed=speed, time_step=settings.time_step, steps=steps)
-
-    def _problem(self, seen: Forecast, start: Vector, robot: RobotState, around: Circumstances) -> PlanningProblem:
-        settings = self.settings
-        field = seen.field
-        if settings.risk_rule == "cells":
-            field = field.cells_above(settings.risk_limit)
-        return PlanningProblem(
-            start=start,
-            goal=self.goal,
-            time_step=settings.time_step,
-            horizon=around.horizon,
-            max_speed=self.robot.planning_speed,
-            shape=self.robot.shape,
-            goal_cost=settings.goal_cost,
-            goal_weight=settings.goal_weight,
-            effort_weight=settings.effort_weight,
-            people=field,
-            rule=settings.risk_rule,
-            risk_limit=settings.risk_limit,
-            soft_risk_weight=settings.soft_risk_weight,
-            first_step=seen.first_step(),
-            obstacles=self.obstacles,
-            margin=self.robot.planning_radius,
-            distance_to_goal=self._field,
-            velocity=self.robot.reference_velocity(robot),
-            max_acceleration=self.robot.planning_acceleration,
-            control_interval=self._interval,
-            resolution=settings.search_resolution,
-        )
-
-    def _plan(
-        self, time: float, robot: RobotState, outcome: Outcome[Forecast], around: Circumstances, started: float
-    ) -> Plan:
+    def _plan(self, now: Situation, outcome: Outcome, started: float) -> Plan:
         seen, settings = outcome.foreseen, self.settings
         velocities = np.diff(outcome.path, axis=0) / settings.time_step
         risk = outcome.risk.reshape(-1, 2).max(axis=1)
-        contact = seen.contact
-        people = {m.id: person_plan(m, seen) for m in seen.minds}
         wary = [m for m in seen.near if m.belief.concerned < (settings.signal_belief or 0.0)]
         return Plan(
-            time=time,
+            time=now.time,
             time_step=settings.time_step,
             velocity=frozen_array(self.robot.limited(velocities[0])),
-            command=frozen_array(self.robot.command(velocities[0], robot, hold=self._interval)),
+            command=frozen_array(self.robot.command(velocities[0], now.state, hold=self._interval)),
             positions=frozen_array(outcome.path),
             velocities=frozen_array(velocities),
-            collision_probability=frozen_array(contact),
+            collision_probability=frozen_array(seen.contact),
             risk=frozen_array(risk),
             risk_limit=settings.risk_limit,
             status=outcome.status,
             reason=_reason(outcome, settings, risk),
-            people=MappingProxyType(people),
-            horizon_used=around.horizon,
+            people=MappingProxyType({m.id: person_plan(m, seen) for m in seen.minds}),
+            horizon_used=now.around.horizon,
             rounds=outcome.rounds,
             cost=outcome.cost,
             duration=perf_counter() - started,
@@ -283,7 +253,7 @@ def _settled(settings: PlannerSettings | None, changes: dict[str, Any]) -> Plann
     return replace(settings or PlannerSettings(), **changes)
 
 
-def _reason(outcome: Outcome[Forecast], settings: PlannerSettings, risk: FloatArray) -> str:
+def _reason(outcome: Outcome, settings: PlannerSettings, risk: FloatArray) -> str:
     """Plain words for the status."""
     near = len(outcome.foreseen.near)
     whom = "nobody" if near == 0 else "1 person" if near == 1 else f"{near} people"

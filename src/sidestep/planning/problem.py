@@ -47,6 +47,7 @@ class PlanningProblem:
         velocity: (d,) m/s now, and max_acceleration: m/s²; both are needed to limit the first action.
         control_interval: s until the next call (what the first action's acceleration has time for).
         resolution: K, largest tap of the search; None: by the budget.
+        wish: (d,) m/s, a first velocity that somebody else asks for, or None; wish_weight: cost per m²/s² off it.
     """
 
     start: Vector
@@ -74,6 +75,8 @@ class PlanningProblem:
     max_acceleration: float | None = None
     control_interval: float | None = None
     resolution: int | None = None
+    wish: Vector | None = None
+    wish_weight: float = 0.0
 
     @property
     def dimension(self) -> int:
@@ -95,6 +98,12 @@ class PlanningProblem:
         """Return ‖u‖²_θ6 (M,) of velocities (M, d) m/s."""
         return (velocities * velocities * self.effort_weight).sum(axis=-1)
 
+    def wish_costs(self, velocities: FloatArray) -> FloatArray:
+        """Return (M,) what first velocities (M, d) m/s cost for being off the wish."""
+        if self.wish is None:
+            return np.zeros(len(velocities))
+        return self.wish_weight * np.square(velocities - self.wish).sum(axis=1)
+
     def risk_along(self, path: Path) -> FloatArray:
         """Return (2N,) what the rule limits, at half instants 1..2N of `path` (N+1, d) m."""
         if self.people is None or not self.people.people:
@@ -110,6 +119,7 @@ class PlanningProblem:
         goal = self.goal_costs(path[1:])
         velocities = np.diff(path, axis=0) / self.time_step
         total = goal.sum() + self.terminal_weight * goal[-1] + self.effort_costs(velocities).sum()
+        total += self.wish_costs(velocities[:1])[0]
         if self.people is None or (self.soft_risk_weight == 0 and not self.graded):
             return float(total)
         seen = self.risk_along(path) if risk is None else risk

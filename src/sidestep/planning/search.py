@@ -118,7 +118,7 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
         (np.arange(3) >= 3 - problem.dimension).astype(np.int64),
         taps,
         problem.effort_costs(velocities).astype(np.float32),
-        problem.first_step_costs(velocities).astype(np.float32),
+        (problem.first_step_costs(velocities) + problem.wish_costs(velocities)).astype(np.float32),
         maps.stage,
         maps.terminal,
         maps.blocked,

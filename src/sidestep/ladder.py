@@ -1,0 +1,116 @@
+"""From situation to motion: rounds of prediction and planning, the certificate, and the ladder of fall-backs.
+
+People respond to the plan, and the plan to the people. So a plan is made under the prediction that the last one
+induces, and then judged under the prediction that *it* induces: certified if every limit holds there, otherwise planned
+again. Where no round is certified the motion of least risk is taken; its cost rises steeply with the risk above the
+limit and mildly below it, so that there is no switch from driving to braking.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sidestep.forecast import Forecast
+from sidestep.planning.polish import polish
+from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.search import search
+from sidestep.situation import Situation
+from sidestep.types import FloatArray, Path, Status
+
+_SAME = 1e-6  # m; motions closer than this induce the same prediction
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outcome:
+    """A motion and the prediction under which it was judged.
+
+    Attributes:
+        path: (N+1, d) m.
+        status: "certified" or "least_risk".
+        risk: (2N,) what the rule limits, at half instants 1..2N, under `foreseen`.
+        cost: objective (Eq. 9a), soft risk included.
+        foreseen: the prediction that this very path induces.
+        rounds: predictions made.
+    """
+
+    path: Path
+    status: Status
+    risk: FloatArray
+    cost: float
+    foreseen: Forecast
+    rounds: int
+
+
+def climb(now: Situation, anticipated: Path) -> Outcome:
+    """Plan until a round is certified, else take the motion of least risk.
+
+    Args:
+        now: the situation.
+        anticipated: (≥ N+1, d) m, the motion that people are taken to expect.
+
+    Raises:
+        OutOfTime: the deadline of the situation is near.
+    """
+    seen = now.foresee(anticipated)
+    made = 1
+    best: Outcome | None = None
+    for path in now.wished():
+        outcome = judged(now, path, seen)
+        made += outcome.rounds
+        if outcome.status == "certified":
+            return replace(outcome, rounds=made)
+    for _ in range(now.settings.rounds):
+        path = _motion(now, now.problem_under(seen))
+        if path is None:
+            break
+        best = judged(now, path, seen)
+        seen, made = best.foreseen, made + best.rounds
+        if best.status == "certified":
+            return replace(best, rounds=made)
+    return replace(_least_risk(now, seen, best), rounds=made)
+
+
+def judged(now: Situation, path: Path, seen: Forecast) -> Outcome:
+    """Judge a path under the prediction that it induces; `seen` is used where it was made for the same path."""
+    same = np.abs(seen.path[: len(path)] - path).max() < _SAME
+    after = seen if same else now.foresee(path)
+    problem = now.problem_under(after)
+    risk = problem.risk_along(path)
+    return Outcome(
+        path=path,
+        status="certified" if problem.allows(path, risk) else "least_risk",
+        risk=risk,
+        cost=problem.cost(path, risk),
+        foreseen=after,
+        rounds=0 if same else 1,
+    )
+
+
+def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
+    found = search(problem)
+    if not found.feasible:
+        return None
+    now.check()
+    return polish(problem, found).path if now.settings.polish else found.path
+
+
+def _least_risk(now: Situation, seen: Forecast, best: Outcome | None) -> Outcome:
+    """The cheapest of the graded plan, the last uncertified one, and standing; each judged under its own effect."""
+    graded = _motion(now, replace(now.problem_under(seen), graded=True))
+    outcomes = [] if best is None else [best]
+    if graded is not None:
+        outcomes.append(judged(now, graded, seen))
+        if outcomes[-1].status == "certified":
+            return outcomes[-1]
+    outcomes.append(judged(now, now.standing(), seen))
+    return min(outcomes, key=lambda outcome: _price(now, outcome))
+
+
+def _price(now: Situation, outcome: Outcome) -> float:
+    """What a motion costs where no risk is forbidden and all of it is charged."""
+    problem = replace(now.problem_under(outcome.foreseen), graded=True)
+    first = np.diff(outcome.path[:2], axis=0) / problem.time_step
+    price = problem.cost(outcome.path, outcome.risk) + float(problem.first_step_costs(first)[0])
+    return price if np.isfinite(price) else np.inf

@@ -1,0 +1,147 @@
+"""One call of the planner as a frozen value: who is where, what is asked, and how much time there is.
+
+From it follow the prediction that a robot motion induces, and Eq. 9 under that prediction.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from sidestep.forecast import Circumstances, Forecast, foresee
+from sidestep.minds import Mind
+from sidestep.obstacles import Obstacles
+from sidestep.planning.anticipate import carried_forward, extended, straight
+from sidestep.planning.geodesic import DistanceField
+from sidestep.planning.plan import Plan
+from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.settings import PlannerSettings
+from sidestep.prediction.occupancy import Workspace
+from sidestep.robots import Robot, RobotState
+from sidestep.types import Path, Vector
+
+_WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
+
+
+class OutOfTime(Exception):  # noqa: N818 (says what happened; never leaves the planner)
+    """The deadline is near; what is not done yet stays undone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Situation:
+    """What one call of the planner starts from.
+
+    Attributes:
+        time: s, now; robot: the base; state: of it; start: (d,) m, the point that planning moves; goal: (d,) m.
+        settings: of the planner; around: what holds for everybody; everybody: who counts.
+        field: walking distance to the goal around walls, or None.
+        workspace: scratch of the predictions.
+        stop_by: s on the wall clock (`perf_counter`) after which no kernel is started; inf without a deadline.
+        wish: (d,) m/s, a velocity that another controller asks for, or None.
+    """
+
+    time: float
+    robot: Robot
+    state: RobotState
+    start: Vector
+    goal: Vector
+    settings: PlannerSettings
+    around: Circumstances
+    everybody: tuple[Mind, ...]
+    field: DistanceField | None
+    workspace: Workspace
+    stop_by: float = math.inf
+    wish: Vector | None = None
+
+    @property
+    def steps(self) -> int:
+        """Instants of the robot's motion that people anticipate."""
+        return self.around.horizon + max((self.around.look_ahead(m) for m in self.everybody), default=1)
+
+    def check(self) -> None:
+        """Raise `OutOfTime` when no further kernel may be started."""
+        if perf_counter() > self.stop_by:
+            raise OutOfTime
+
+    def anticipated(self, last: Plan | None) -> Path:
+        """Return what people are taken to expect: the last plan carried forward, or straight to the goal."""
+        time_step, speed = self.settings.time_step, self.robot.planning_speed
+        if last is not None and self.time - last.time <= last.horizon_used * time_step:
+            return carried_forward(last, time=self.time, start=self.start, goal=self.goal, steps=self.steps)
+        return straight(self.start, self.goal, speed=speed, time_step=time_step, steps=self.steps)
+
+    def foresee(self, path: Path) -> Forecast:
+        """Return what everybody will do if the robot moves along `path` (N+1, d) m and then on to its goal."""
+        whole = extended(path, self.goal, time_step=self.settings.time_step, steps=self.steps)
+        return foresee(self.everybody, whole, self.around, self.workspace, self.check)
+
+    def problem_under(self, seen: Forecast) -> PlanningProblem:
+        """Return Eq. 9 under a prediction."""
+        self.check()
+        settings, robot, field = self.settings, self.robot, seen.field
+        if settings.risk_rule == "cells":
+            field = field.cells_above(settings.risk_limit)
+        return PlanningProblem(
+            start=self.start,
+            goal=self.goal,
+            time_step=settings.time_step,
+            horizon=self.around.horizon,
+            max_speed=robot.planning_speed,
+            shape=robot.shape,
+            goal_cost=settings.goal_cost,
+            goal_weight=settings.goal_weight,
+            effort_weight=settings.effort_weight,
+            people=field,
+            rule=settings.risk_rule,
+            risk_limit=settings.risk_limit,
+            soft_risk_weight=settings.soft_risk_weight,
+            first_step=seen.first_step(),
+            obstacles=self.around.obstacles,
+            margin=robot.planning_radius,
+            distance_to_goal=self.field,
+            velocity=robot.reference_velocity(self.state),
+            max_acceleration=robot.planning_acceleration,
+            control_interval=self.around.interval,
+            resolution=settings.search_resolution,
+            wish=self.wish,
+            wish_weight=0.0 if self.wish is None else _WISH * self.around.horizon,
+        )
+
+    def wished(self) -> list[Path]:
+        """Return motions (N+1, d) m that begin as wished: then standing, and going on."""
+        if self.wish is None:
+            return []
+        stride = self.robot.limited(self.wish) * self.settings.time_step
+        strides = np.arange(self.around.horizon + 1)[:, None]
+        return [self.start + np.minimum(strides, 1) * stride, self.start + strides * stride]
+
+    def standing(self) -> Path:
+        """Return (N+1, d) m: the robot stays where it is."""
+        return np.repeat(self.start[None], self.around.horizon + 1, axis=0)
+
+
+def circumstances(
+    settings: PlannerSettings,
+    robot: Robot,
+    *,
+    horizon: int,
+    interval: float,
+    dimension: int,
+    obstacles: Obstacles | None,
+) -> Circumstances:
+    """Return what holds for everybody during this call."""
+    across = math.sqrt(dimension) if robot.shape == "box" else 1.0
+    return Circumstances(
+        time_step=settings.time_step,
+        horizon=horizon,
+        robot_radius=robot.planning_radius,
+        robot_speed=robot.planning_speed * across,
+        clearance=settings.clearance,
+        midway=settings.midway,
+        first_step_limit=settings.first_step_limit,
+        interval=interval,
+        obstacles=obstacles,
+    )
