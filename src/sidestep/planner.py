@@ -117,7 +117,6 @@ class Planner:
         """
         started = perf_counter()
         try:
-            trouble = self._trouble(time, robot, people)
             plan = (
                 self._stopped(time, robot, trouble, started) if trouble else self._planned(time, robot, started, wish)
             )
