@@ -117,9 +117,8 @@ class Planner:
         """
         started = perf_counter()
         try:
-            plan = (
-                self._stopped(time, robot, trouble, started) if trouble else self._planned(time, robot, started, wish)
-            )
+            stop = self._trouble(time, robot, people)
+            plan = self._stopped(time, robot, stop, started) if stop else self._planned(time, robot, started, wish)
         except Exception as error:  # a fault of ours must not leave the robot with an old command
             _log.exception("planning failed")
             plan = self._stopped(time, robot, f"internal error: {error!r}", started)
