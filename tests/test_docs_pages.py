@@ -1,0 +1,106 @@
+"""Every code block and command of the documentation runs; every public name is documented where it is promised."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sidestep
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+sys.path.insert(0, str(ROOT / "tools"))
+
+from document_blocks import blocks  # noqa: E402
+
+WITH_BLOCKS = [page for page in PAGES if blocks(page.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", WITH_BLOCKS, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_blocks_of_a_page_run(page):
+    command = [sys.executable, "-W", "error", str(ROOT / "tools" / "document_blocks.py"), str(page)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("script", sorted((ROOT / "examples").glob("[0-9]*.py")), ids=lambda script: script.stem)
+def test_an_example_runs_and_leaves_its_picture(script, tmp_path):
+    if script.stem.endswith("learning_environment"):
+        pytest.importorskip("gymnasium")
+    command = [sys.executable, "-W", "error", str(script), str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+    assert done.stdout.strip()
+    assert [p.name for p in tmp_path.iterdir()] == [f"{script.stem}.png"]
+
+
+def test_there_are_ten_examples_with_a_title_and_words():
+    scripts = sorted((ROOT / "examples").glob("[0-9]*.py"))
+    assert len(scripts) >= 10
+    for script in scripts:
+        source = script.read_text(encoding="utf-8")
+        words = ast.get_docstring(ast.parse(source)) or ""
+        assert len(words.splitlines()) >= 3, script.name
+        assert len(source.splitlines()) <= 100, script.name
+
+
+def test_a_failing_block_is_noticed(tmp_path):
+    page = tmp_path / "page.md"
+    for text in (
+        "```python\nassert False\n```\n",
+        "```console\n$ false\n```\n",
+        "```console\n$ no-such-command\n```\n",
+    ):
+        page.write_text(text)
+        command = [sys.executable, str(ROOT / "tools" / "document_blocks.py"), str(page)]
+        assert subprocess.run(command, capture_output=True, check=False).returncode != 0, text
+    page.write_text("<!-- not run: it would fail -->\n" + text + "\nplain ```python``` words\n")
+    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
+@pytest.mark.parametrize("name", sidestep.__all__)
+def test_a_public_name_is_in_the_reference(name):
+    reference = (ROOT / "docs" / "reference" / "python.md").read_text(encoding="utf-8")
+    assert f"::: sidestep.{name}\n" in reference + "\n"
+
+
+@pytest.mark.parametrize("name", sidestep.__all__)
+def test_a_public_name_says_what_it_is(name):
+    thing = getattr(sidestep, name)
+    doc = inspect.getdoc(thing) or ""
+    assert len(doc) > 20, name
+    if dataclasses.is_dataclass(thing):
+        for field in dataclasses.fields(thing):
+            assert re.search(rf"\b{field.name}\b", doc), f"{name}.{field.name} is not in the docstring"
+    if inspect.isclass(thing) and not issubclass(thing, BaseException):
+        own = [m for m in vars(thing).values() if inspect.isfunction(m) or isinstance(m, property | classmethod)]
+        for member in own:
+            call = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+            if call is not None and not call.__name__.startswith("_"):
+                assert inspect.getdoc(call), f"{name}.{call.__name__} has no docstring"
+
+
+def test_the_notation_table_names_things_that_exist():
+    page = (ROOT / "docs" / "notation.md").read_text(encoding="utf-8")
+    for owner, field in set(re.findall(r"`([A-Z]\w+)\.(\w+)`", page)):
+        home = getattr(sidestep, owner, None) or _inner(owner)
+        fields = {f.name for f in dataclasses.fields(home)} if dataclasses.is_dataclass(home) else set()
+        assert field in fields or hasattr(home, field), f"{owner}.{field}"
+    for module in set(re.findall(r"`(sidestep(?:\.\w+)+)`", page)):
+        __import__(module)
+
+
+def _inner(owner: str) -> type:
+    from sidestep.human.actions import ActionSet
+    from sidestep.simulation.metrics import Metrics
+
+    return {"ActionSet": ActionSet, "Metrics": Metrics}[owner]
