@@ -1,0 +1,110 @@
+"""Predicted occupancy → small grey images that a browser can draw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sidestep.lattice import Lattice
+from sidestep.prediction.occupancy import Occupancy
+from sidestep.types import FloatArray
+
+FAINTEST = 2e-3  # 1/m², the density that is drawn as nothing
+STRONGEST = 2.0  # 1/m², and the one that is drawn fully
+MOST_INSTANTS = 13
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Heat:
+    """K images of one person's predicted density, on a logarithmic scale from `FAINTEST` to `STRONGEST`.
+
+    Attributes:
+        pixels: (K, rows, columns) 0..255; row i, column j lies at origin + rotation @ (x[i], y[j]).
+        instants: steps ahead, K of them.
+        origin: (2,) m; rotation: (2, 2); spacing: m.
+        first: (2,) m, local coordinates of pixel (0, 0).
+    """
+
+    pixels: NDArray[np.uint8]
+    instants: tuple[int, ...]
+    origin: FloatArray
+    rotation: FloatArray
+    spacing: float
+    first: FloatArray
+
+    def header(self) -> dict[str, Any]:
+        """Return what a browser needs beside the pixels."""
+        return {
+            "shape": list(self.pixels.shape),
+            "instants": list(self.instants),
+            "origin": np.round(self.origin, 4).tolist(),
+            "rotation": np.round(self.rotation, 6).tolist(),
+            "spacing": self.spacing,
+            "first": np.round(self.first, 4).tolist(),
+        }
+
+
+def heat(occupancy: Occupancy) -> Heat:
+    """Return the images of one person's prediction; 1-D is drawn as a line along x, 3-D from above."""
+    instants = _chosen(len(occupancy))
+    return paint(occupancy.probability[list(instants)], occupancy.lattice, instants)
+
+
+def paint(probability: FloatArray, lattice: Lattice, instants: tuple[int, ...]) -> Heat:
+    """Return the images of `probability` ((K, cells…), mass per cell) at `instants` (K steps ahead)."""
+    mass = _flat(probability)
+    density = mass / lattice.spacing**2
+    scale = np.log(np.maximum(density, 1e-12) / FAINTEST) / np.log(STRONGEST / FAINTEST)
+    pixels = np.clip(np.rint(255 * scale), 0, 255).astype(np.uint8)
+    rows, columns = _support(pixels)
+    half = [(size - 1) // 2 for size in mass.shape[1:]]
+    first = lattice.spacing * np.array([rows.start - half[0], columns.start - half[1]], dtype=np.float64)
+    origin, rotation = _plane(lattice)
+    return Heat(
+        pixels=np.ascontiguousarray(pixels[:, rows, columns]),
+        instants=instants,
+        origin=origin,
+        rotation=rotation,
+        spacing=lattice.spacing,
+        first=first,
+    )
+
+
+def _chosen(count: int) -> tuple[int, ...]:
+    """All instants, or evenly chosen ones where there are many; the last one always."""
+    if count <= MOST_INSTANTS:
+        return tuple(range(count))
+    return tuple(int(k) for k in np.unique(np.rint(np.linspace(0, count - 1, MOST_INSTANTS))))
+
+
+def _flat(probability: FloatArray) -> FloatArray:
+    """(K, cells…) → (K, rows, columns): a line becomes one column, a volume is summed along the vertical."""
+    if probability.ndim == 2:
+        return probability[:, :, np.newaxis]
+    return probability.sum(axis=3) if probability.ndim == 4 else probability
+
+
+def _plane(lattice: Lattice) -> tuple[FloatArray, FloatArray]:
+    """Origin and rotation of the lattice, seen from above."""
+    origin, rotation = np.zeros(2), np.eye(2)
+    d = min(lattice.dimension, 2)
+    origin[:d] = lattice.origin[:d]
+    if lattice.dimension == 2:
+        rotation = np.array(lattice.rotation)
+    elif lattice.dimension == 1:
+        rotation[0, 0] = lattice.rotation[0, 0]
+    return origin, rotation
+
+
+def _support(pixels: NDArray[np.uint8]) -> tuple[slice, slice]:
+    """Rows and columns in which anything is drawn at any instant, with one empty cell around where there is one."""
+    seen: NDArray[np.bool_] = np.max(pixels, axis=0) > 0
+    slices: list[slice] = []
+    for lines in (seen, seen.T):
+        used = np.flatnonzero(np.count_nonzero(lines, axis=1))
+        size = len(lines)
+        slices.append(slice(0, size) if used.size == 0 else slice(max(used[0] - 1, 0), min(used[-1] + 2, size)))
+    return slices[0], slices[1]
