@@ -1,171 +1,274 @@
 """Backward induction on the lattice (Eq. 2): value-only min-plus sweeps.
 
-All arrays over cells have three axes; a lattice of d < 3 dimensions keeps its real axes last and has one cell on the
-others, so one compiled kernel serves 1-D, 2-D and 3-D. A box of radius ρ around the anchor is `centre ± ρ` on real axes.
+Layout: an array over cells has two axes, (rows, columns). A lattice of d dimensions keeps its last axis as columns; the
+others, padded to two by axes of one cell, are the rows i0·R + i1, R being the number of cells of axis 1. So one compiled
+kernel serves 1-D, 2-D and 3-D. A box of radius ρ around the anchor is `centre ± ρ` on the real axes.
+
+Rows are named by an index, never cut out as views, and inner loops run over unsigned indices: views cost more than a short
+row, and signed indices keep the loops from being vectorised.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+Values = NDArray[np.floating[Any]]
 
 
 class CostTables(NamedTuple):
     """Stage costs c_t(x) = goal(x) + danger_t(x) in one dtype; whichever form is separable is kept per axis.
 
     Attributes:
-        goal_axes: (3, W) summed over axes; zeros where `goal_table` is used.
-        goal_table: (W0, W1, W2), or (0, 0, 0); carries +inf where a person cannot be.
-        danger_axes: (T, 3, W) multiplied over axes, the weight in the first; (1, 1, 1) one where `danger_table` is used.
-        danger_table: (T, W0, W1, W2), or (0, 0, 0, 0).
+        goal_axes: (3, C) summed over axes; not used where there is a `goal_table`.
+        goal_table: (rows, C), or (0, 0); carries +inf where a person cannot be.
+        danger_axes: (3·T, C), rows 3t + axis, multiplied over axes, the weight in the first; ones where there is a table.
+        danger_table: (T·rows, C), or (0, 0).
     """
 
-    goal_axes: Array
-    goal_table: Array
-    danger_axes: Array
-    danger_table: Array
+    goal_axes: Values
+    goal_table: Values
+    danger_axes: Values
+    danger_table: Values
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def axis_radius(radius: int, dimension: int) -> tuple[int, int]:
+    """Radius on the axes 0 and 1: 0 where the axis only pads to three (axis 2 is always real)."""
+    return radius if dimension == 3 else 0, radius if dimension >= 2 else 0
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def row_count(centre: int, dimension: int) -> int:
+    """R, cells of axis 1 in an array whose anchor is at `centre`."""
+    return 2 * centre + 1 if dimension >= 2 else 1
 
 
 @njit(cache=True, nogil=True)
-def axis_radius(radius, dimension):
-    """Radius per array axis: 0 on the axes that only pad to three."""
-    return radius if dimension == 3 else 0, radius if dimension >= 2 else 0, radius
+def _lower_rows(
+    source: Values,
+    stride: int,
+    first: int,
+    last: int,
+    start: int,
+    stop: int,
+    taps: Values,
+    j: int,
+    out: Values,
+    back: int,
+) -> None:
+    """out[i − back, c] = min_u taps[j, 0, u] + source[i + (u − reach)·stride, c], first ≤ i < last, start ≤ c < stop."""
+    begin, end, step = np.uintp(start), np.uintp(stop), np.uintp(stride)
+    count = taps.shape[2]
+    for i in range(first, last):
+        o, low = np.uintp(i - back), np.uintp(i - count // 2 * stride)
+        if count == 5:
+            t0, t1, t2, t3, t4 = taps[j, 0, 0], taps[j, 0, 1], taps[j, 0, 2], taps[j, 0, 3], taps[j, 0, 4]
+            i1 = low + step
+            i2 = i1 + step
+            i3 = i2 + step
+            i4 = i3 + step
+            for c in range(begin, end):
+                a = t0 + source[low, c]
+                b = t1 + source[i1, c]
+                e = t2 + source[i2, c]
+                f = t3 + source[i3, c]
+                g = t4 + source[i4, c]
+                a = a if a < b else b
+                e = e if e < f else f
+                a = a if a < e else e
+                out[o, c] = a if a < g else g
+            continue
+        for u in range(count):
+            tap, row = taps[j, 0, u], low + np.uintp(u) * step
+            for c in range(begin, end):
+                q = tap + source[row, c]
+                out[o, c] = q if u == 0 or q < out[o, c] else out[o, c]
 
 
 @njit(cache=True, nogil=True)
-def _row_terms(costs, instant, danger, i0, i1):
-    """(scalar, goal row, factor, danger row): c(i0, i1, ·) = scalar + goal row + factor · danger row."""
-    if costs.goal_table.size > 0:
-        scalar = costs.goal_axes[0, 0] - costs.goal_axes[0, 0]  # zero of the same dtype
-        goal_row = costs.goal_table[i0, i1]
-    else:
-        scalar = costs.goal_axes[0, i0] + costs.goal_axes[1, i1]
-        goal_row = costs.goal_axes[2]
-    if not danger:
-        return scalar, goal_row, costs.goal_axes[0, 0] - costs.goal_axes[0, 0], costs.goal_axes[2]
-    if costs.danger_table.size > 0:
-        return scalar, goal_row, costs.danger_axes[0, 0, 0], costs.danger_table[instant, i0, i1]
-    factor = costs.danger_axes[instant, 0, i0] * costs.danger_axes[instant, 1, i1]
-    return scalar, goal_row, factor, costs.danger_axes[instant, 2]
+def _lower_layer(
+    source: Values,
+    shift: int,
+    first: int,
+    last: int,
+    start: int,
+    stop: int,
+    taps: Values,
+    j: int,
+    across: bool,
+    goal: Values,
+    goal_row: int,
+    goal_step: int,
+    scalars: Values,
+    perils: Values,
+    peril_row: int,
+    peril_step: int,
+    factors: Values,
+    line: Values,
+    target: Values,
+) -> None:
+    """One layer (axes 1 and 2) of a stage: target[i, c] = stage cost + min over both components of the action.
+
+    Rows first ≤ i < last, columns start ≤ c < stop. The source's rows differ by `shift` from the target's. `across` False: there is
+    no axis 1. Row i of the goal's and the danger's terms is goal_row + goal_step·(i − first), peril_row likewise; scalars[i − first]
+    and factors[i − first] come with it. j = M: the stage cost alone.
+    """
+    count = taps.shape[2]
+    reach, begin, end = np.uintp(count // 2), np.uintp(start), np.uintp(stop)
+    one, two, zero = np.uintp(1), np.uintp(2), np.uintp(0)
+    ahead, five = j < taps.shape[0], count == 5
+    k = j if ahead else 0
+    t0, t1 = taps[k, 1, 0], taps[k, 1, 1 % count]
+    t2, t3, t4 = taps[k, 1, 2 % count], taps[k, 1, 3 % count], taps[k, 1, 4 % count]
+    s0, s1 = taps[k, 2, 0], taps[k, 2, 1 % count]
+    s2, s3, s4 = taps[k, 2, 2 % count], taps[k, 2, 3 % count], taps[k, 2, 4 % count]
+    for i in range(first, last):
+        t, low = np.uintp(i), np.uintp(i - shift - (count // 2 if across else 0))
+        h, g = np.uintp(goal_row + goal_step * (i - first)), np.uintp(peril_row + peril_step * (i - first))
+        scalar, factor = scalars[i - first], factors[i - first]
+        if not ahead:
+            for c in range(begin, end):
+                target[t, c] = (scalar + goal[h, c]) + factor * perils[g, c]
+            continue
+        if across and five:
+            i1, i2, i3, i4 = low + one, low + two, low + one + two, low + two + two
+            for c in range(begin - reach, end + reach):
+                a = t0 + source[low, c]
+                b = t1 + source[i1, c]
+                e = t2 + source[i2, c]
+                f = t3 + source[i3, c]
+                q = t4 + source[i4, c]
+                a = a if a < b else b
+                e = e if e < f else f
+                a = a if a < e else e
+                line[zero, c] = a if a < q else q
+        elif across:
+            for u in range(count):
+                tap, row = taps[k, 1, u], low + np.uintp(u)
+                for c in range(begin - reach, end + reach):
+                    q = tap + source[row, c]
+                    line[zero, c] = q if u == 0 or q < line[zero, c] else line[zero, c]
+        else:
+            for c in range(begin - reach, end + reach):
+                line[zero, c] = source[low, c]
+        if five:
+            for c in range(begin, end):
+                a = s0 + line[zero, c - two]
+                b = s1 + line[zero, c - one]
+                e = s2 + line[zero, c]
+                f = s3 + line[zero, c + one]
+                q = s4 + line[zero, c + two]
+                a = a if a < b else b
+                e = e if e < f else f
+                a = a if a < e else e
+                a = a if a < q else q
+                target[t, c] = (scalar + goal[h, c]) + factor * perils[g, c] + a
+            continue
+        for c in range(begin, end):
+            best = s0 + line[zero, c - reach]
+            for u in range(np.uintp(1), np.uintp(count)):
+                q = taps[k, 2, u] + line[zero, c - reach + u]
+                best = q if q < best else best
+            target[t, c] = (scalar + goal[h, c]) + factor * perils[g, c] + best
 
 
 @njit(cache=True, nogil=True)
-def _lower_rows(source, first, start, width, taps, out):
-    """out[start + c] = min_u taps[u] + source[first + u, start + c]."""
-    if taps.size == 5:
-        t0, t1, t2, t3, t4 = taps[0], taps[1], taps[2], taps[3], taps[4]
-        s0 = source[first, start : start + width]
-        s1 = source[first + 1, start : start + width]
-        s2 = source[first + 2, start : start + width]
-        s3 = source[first + 3, start : start + width]
-        s4 = source[first + 4, start : start + width]
-        o = out[start : start + width]
-        for c in range(width):
-            a = t0 + s0[c]
-            b = t1 + s1[c]
-            e = t2 + s2[c]
-            f = t3 + s3[c]
-            g = t4 + s4[c]
-            a = a if a < b else b
-            e = e if e < f else f
-            a = a if a < e else e
-            o[c] = a if a < g else g
-        return
-    for c in range(start, start + width):
-        out[c] = taps[0] + source[first, c]
-    for u in range(1, taps.size):
-        for c in range(start, start + width):
-            q = taps[u] + source[first + u, c]
-            out[c] = q if q < out[c] else out[c]
+def _stage(
+    costs: CostTables,
+    instant: int,
+    danger: bool,
+    taps: Values,
+    j: int,
+    radius: int,
+    centre: int,
+    dimension: int,
+    source: Values,
+    target: Values,
+    plane: Values,
+    lines: Values,
+) -> None:
+    """target(x) = c(x) + min_u (taps[j](u) + source(x + u)) on the box of `radius`, one min-plus pass per axis.
 
-
-@njit(cache=True, nogil=True)
-def _lower_columns(row, start, width, taps, scalar, goal_row, factor, danger_row, out):
-    """out[start + c] = stage cost + min_u taps[u] + row[start + c + u − reach]."""
-    reach = taps.size // 2
-    r = row[start - reach : start + width + reach]
-    h = goal_row[start : start + width]
-    g = danger_row[start : start + width]
-    o = out[start : start + width]
-    if taps.size == 5:
-        t0, t1, t2, t3, t4 = taps[0], taps[1], taps[2], taps[3], taps[4]
-        for c in range(width):
-            a = t0 + r[c]
-            b = t1 + r[c + 1]
-            e = t2 + r[c + 2]
-            f = t3 + r[c + 3]
-            q = t4 + r[c + 4]
-            a = a if a < b else b
-            e = e if e < f else f
-            a = a if a < e else e
-            a = a if a < q else q
-            o[c] = (scalar + h[c]) + factor * g[c] + a
-        return
-    for c in range(width):
-        best = taps[0] + r[c]
-        for u in range(1, taps.size):
-            q = taps[u] + r[c + u]
-            best = q if q < best else best
-        o[c] = (scalar + h[c]) + factor * g[c] + best
-
-
-@njit(cache=True, nogil=True)
-def _terminal(costs, instant, danger, radius, centre, dimension, target):
-    """target(x) = c(x) on the box of `radius`."""
-    c0, c1, c2 = axis_radius(centre, dimension)
-    b0, b1, b2 = axis_radius(radius, dimension)
+    Beyond the last action, j = M: target(x) = c(x).
+    """
+    reach = taps.shape[2] // 2
+    rows = row_count(centre, dimension)
+    c0, c1 = axis_radius(centre, dimension)
+    b0, b1 = axis_radius(radius, dimension)
+    start, stop = centre - radius, centre + radius + 1
+    goal_axes, danger_axes, scalars, factors = costs.goal_axes, costs.danger_axes, lines[1], lines[2]
+    goal_by_table, danger_by_table = costs.goal_table.size > 0, danger and costs.danger_table.size > 0
+    goal = costs.goal_table if goal_by_table else goal_axes
+    perils = goal_axes
+    if danger:
+        perils = costs.danger_table if danger_by_table else danger_axes
     for i0 in range(c0 - b0, c0 + b0 + 1):
-        for i1 in range(c1 - b1, c1 + b1 + 1):
-            scalar, goal_row, factor, danger_row = _row_terms(costs, instant, danger, i0, i1)
-            out = target[i0, i1]
-            for c in range(c2 - b2, c2 + b2 + 1):
-                out[c] = (scalar + goal_row[c]) + factor * danger_row[c]
+        for n in range(2 * b1 + 1):
+            scalars[n], factors[n] = 0.0, 0.0
+            if not goal_by_table:
+                scalars[n] = goal_axes[0, i0] + goal_axes[1, c1 - b1 + n]
+            if danger_by_table:
+                factors[n] = 1.0
+            elif danger:
+                factors[n] = danger_axes[3 * instant, i0] * danger_axes[3 * instant + 1, c1 - b1 + n]
+        first = i0 * rows + c1 - b1
+        goal_row = first if goal_by_table else 2
+        peril_row = 3 * instant + 2 if danger else 2
+        if danger_by_table:
+            peril_row = instant * (2 * c0 + 1) * rows + first
+        layer, shift = source, 0
+        if dimension == 3 and j < taps.shape[0]:
+            _lower_rows(
+                source,
+                rows,
+                first - reach,
+                first + 2 * b1 + 1 + reach,
+                start - reach,
+                stop + reach,
+                taps,
+                j,
+                plane,
+                i0 * rows,
+            )
+            layer, shift = plane, i0 * rows
+        _lower_layer(
+            layer, shift, first, first + 2 * b1 + 1, start, stop, taps, j, dimension >= 2, goal, goal_row,
+            1 if goal_by_table else 0, scalars, perils, peril_row, 1 if danger_by_table else 0, factors, lines, target,
+        )  # fmt: skip
 
 
 @njit(cache=True, nogil=True)
-def _stage(costs, instant, danger, taps, radius, centre, dimension, source, target, plane, row):
-    """target(x) = c(x) + min_u (taps(u) + source(x + u)) on the box of `radius`, one min-plus pass per axis."""
-    reach = taps.shape[1] // 2
-    c0, c1, c2 = axis_radius(centre, dimension)
-    b0, b1, b2 = axis_radius(radius, dimension)
-    start, width = c2 - b2, 2 * b2 + 1
-    length = source.shape[2]
-    flat = source.reshape((source.shape[0], source.shape[1] * length))
-    flat_plane = plane.reshape(plane.size)
-    for i0 in range(c0 - b0, c0 + b0 + 1):
-        layer = source[i0]
-        if dimension == 3:
-            for i1 in range(c1 - b1 - reach, c1 + b1 + reach + 1):
-                _lower_rows(flat, i0 - reach, i1 * length + start - reach, width + 2 * reach, taps[0], flat_plane)
-            layer = plane
-        for i1 in range(c1 - b1, c1 + b1 + 1):
-            line = layer[i1]
-            if dimension >= 2:
-                _lower_rows(layer, i1 - reach, start - reach, width + 2 * reach, taps[1], row)
-                line = row
-            scalar, goal_row, factor, danger_row = _row_terms(costs, instant, danger, i0, i1)
-            _lower_columns(line, start, width, taps[2], scalar, goal_row, factor, danger_row, target[i0, i1])
-
-
-@njit(cache=True, nogil=True)
-def sweep(costs, first_instant, danger, taps, radius, centre, dimension, even, odd, plane, row):
+def sweep(
+    costs: CostTables,
+    first_instant: int,
+    danger: bool,
+    taps: Values,
+    radius: int,
+    centre: int,
+    dimension: int,
+    even: Values,
+    odd: Values,
+    plane: Values,
+    lines: Values,
+) -> Values:
     """C(x) = c_1(x) + V_1(x), the cost of arriving at x with the first action, on the box of `radius` + reach.
 
     Args:
-        costs: stage costs; row `first_instant + j − 1` of the danger belongs to stage j = 1..M.
+        costs: stage costs; instant `first_instant + j − 1` of the danger belongs to stage j = 1..M.
         first_instant: index of the robot's position at the first charged instant.
         danger: False leaves the danger term out (β = 0).
         taps: (M, 3, 2·reach + 1) cost of the components of action j = 0..M−1; [0] is not used here.
         radius: of the box of cells whose first action is wanted.
         centre: index of the anchor on the real axes of `even` and `odd`.
         dimension: d.
-        even, odd: (W0, W1, W2) scratch for values.
-        plane, row: (W1, W2), (W2,) scratch.
+        even: (rows, C) scratch for values.
+        odd: the same.
+        plane: (R, C) scratch.
+        lines: (3, C) scratch.
 
     Returns:
         the scratch array that holds C.
@@ -173,84 +276,8 @@ def sweep(costs, first_instant, danger, taps, radius, centre, dimension, even, o
     reach = taps.shape[2] // 2
     steps = taps.shape[0]
     source, target = odd, even
-    _terminal(costs, first_instant + steps - 1, danger, radius + reach * steps, centre, dimension, target)
-    for j in range(steps - 1, 0, -1):
+    for j in range(steps, 0, -1):
         source, target = target, source
         box = radius + reach * j
-        _stage(costs, first_instant + j - 1, danger, taps[j], box, centre, dimension, source, target, plane, row)
+        _stage(costs, first_instant + j - 1, danger, taps, j, box, centre, dimension, source, target, plane, lines)
     return target
-
-
-@njit(cache=True, nogil=True)
-def danger_factors(path, spacing, weight, rate, centre, dimension, out):
-    """Squared decay: weight · Π_a exp(−rate · (x_a − r_a)²) per axis. path (T, d) m in the lattice's frame; out (T, 3, W)."""
-    for t in range(path.shape[0]):
-        for pad in range(3 - dimension):
-            out[t, pad, 0] = 1.0
-        for a in range(dimension):
-            axis = 3 - dimension + a
-            for c in range(2 * centre + 1):
-                gap = spacing * (c - centre) - path[t, a]
-                out[t, axis, c] = np.exp(-rate * gap * gap)
-        for c in range(out.shape[2]):
-            out[t, 0, c] *= weight
-
-
-@njit(cache=True, nogil=True)
-def danger_tables(path, radii, spacing, weight, rate, centre, dimension, out):
-    """Decay with the distance itself: weight · exp(−rate · ‖x − r‖), instant t on the box of radii[t]. out (T, W0, W1, W2)."""
-    c0, c1, c2 = axis_radius(centre, dimension)
-    r = np.zeros(3)
-    for t in range(path.shape[0]):
-        r[3 - dimension :] = path[t]
-        b0, b1, b2 = axis_radius(radii[t], dimension)
-        for i0 in range(c0 - b0, c0 + b0 + 1):
-            for i1 in range(c1 - b1, c1 + b1 + 1):
-                g0 = spacing * (i0 - c0) - r[0]
-                g1 = spacing * (i1 - c1) - r[1]
-                base = g0 * g0 + g1 * g1
-                line = out[t, i0, i1]
-                for c in range(c2 - b2, c2 + b2 + 1):
-                    g2 = spacing * (c - c2) - r[2]
-                    line[c] = weight * np.exp(-rate * np.sqrt(base + g2 * g2))
-
-
-@njit(cache=True, nogil=True)
-def axis_policies(goal_axes, taps, radius, centre, dimension, tolerance, rationality, tables):
-    """P_d per axis for separable costs and β = 0: tables (3, T, W) of the first action's components on ±radius cells.
-
-    Arguments as for `sweep`; `centre` is the anchor's index in goal_axes (3, W), the middle of `tables` its own.
-    """
-    steps, _, count = taps.shape
-    reach = count // 2
-    middle = (tables.shape[2] - 1) // 2
-    tables[:] = 0.0
-    values = np.empty(goal_axes.shape[1])
-    for axis in range(3):
-        if axis < 3 - dimension:
-            tables[axis, reach] = 1.0
-            continue
-        values[:] = goal_axes[axis]
-        for j in range(steps - 1, 0, -1):
-            box = radius + reach * j
-            lower = np.empty(2 * box + 1)
-            for i in range(2 * box + 1):
-                best = np.inf
-                for u in range(count):
-                    best = min(best, taps[j, axis, u] + values[centre - box + i + u - reach])
-                lower[i] = best + goal_axes[axis, centre - box + i]
-            values[centre - box : centre + box + 1] = lower
-        for i in range(-radius, radius + 1):
-            best = np.inf
-            for u in range(count):
-                best = min(best, taps[0, axis, u] + values[centre + i + u - reach])
-            total = 0.0
-            for u in range(count):
-                gap = taps[0, axis, u] + values[centre + i + u - reach] - best
-                weight = 1.0 if gap <= tolerance * abs(best) + 1e-12 else 0.0
-                if np.isfinite(rationality):
-                    weight = np.exp(-rationality * gap)
-                tables[axis, u, middle + i] = weight
-                total += weight
-            for u in range(count):
-                tables[axis, u, middle + i] /= total

@@ -6,21 +6,19 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
 
-from sidestep._kernels.sweep import CostTables, danger_factors, danger_tables
+from sidestep._kernels.sweep import CostTables, Values
+from sidestep._kernels.sweep_tables import danger_factors, danger_tables
 from sidestep.errors import InvalidInput
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
-from sidestep.types import BoolArray, FloatArray
-
-Values = NDArray[np.floating]
+from sidestep.types import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CostGrid:
-    """The cells and stages on which costs are laid out for the kernels (three axes, real ones last).
+    """The cells and stages on which costs are laid out for the kernels (see `_kernels.sweep`).
 
     Attributes:
         lattice: anchor, spacing (m), rotation; its radius is not used.
@@ -36,7 +34,7 @@ class CostGrid:
     reach: int
     steps: int
     centre: int
-    dtype: DTypeLike = np.float64
+    dtype: np.dtype[np.float64] | np.dtype[np.float32] = np.dtype(np.float64)
 
     @property
     def dimension(self) -> int:
@@ -49,14 +47,14 @@ class CostGrid:
         return self.lattice.spacing / self.time_step
 
     @property
-    def shape(self) -> tuple[int, int, int]:
-        """Shape of value arrays."""
-        return embedded_shape(2 * self.centre + 1, self.dimension)
+    def shape(self) -> tuple[int, int]:
+        """(rows, columns) of value arrays."""
+        return row_shape(2 * self.centre + 1, self.dimension)
 
 
-def embedded_shape(width: int, dimension: int) -> tuple[int, int, int]:
-    """Return the three-axis shape of a box of `width` cells per real axis."""
-    return (width if dimension == 3 else 1, width if dimension >= 2 else 1, width)
+def row_shape(width: int, dimension: int) -> tuple[int, int]:
+    """(rows, columns) of an array over a box of `width` cells per axis."""
+    return width ** (dimension - 1), width
 
 
 def per_axis(name: str, weight: float | tuple[float, ...], dimension: int) -> FloatArray:
@@ -114,7 +112,7 @@ def stage_costs(
     """Goal term of `goal` beside the `danger` of `danger_terms`; +inf where `free` (grid.shape) is False."""
     d, spacing, centre = grid.dimension, grid.lattice.spacing, grid.centre
     axes = np.zeros((3, 2 * centre + 1))
-    table = np.zeros((0, 0, 0))
+    table = np.zeros((0, 0))
     if isinstance(goal, PointGoal):
         weight = per_axis("goal_weight", model.goal_weight, d)
         to_goal = spacing * np.arange(-centre, centre + 1) - grid.lattice.to_local(goal.position)[:, None]
@@ -130,30 +128,57 @@ def stage_costs(
 
 
 def _outer_sum(axes: FloatArray, grid: CostGrid) -> FloatArray:
-    total = np.zeros(grid.shape)
     d = grid.dimension
+    total = np.zeros((2 * grid.centre + 1,) * d)
     for a in range(d):
-        shape = [1, 1, 1]
-        shape[3 - d + a] = -1
+        shape = [1] * d
+        shape[a] = -1
         total += axes[a].reshape(shape)
-    return total
+    return total.reshape(grid.shape)
 
 
-def danger_terms(
-    model: HumanModel, path: FloatArray, radii: NDArray[np.int64], grid: CostGrid
-) -> tuple[Values, Values]:
-    """Danger at every instant: (axes (T, 3, W), table (T, W0, W1, W2)); the one that the decay does not need is minimal.
+def danger_terms(model: HumanModel, path: FloatArray, radii: IntArray, grid: CostGrid) -> tuple[Values, Values]:
+    """Danger at every instant: (axes (3·T, C), table (T·rows, C)); the one that the decay does not need is minimal.
 
     Args:
-        path: (T, d) m, the robot in the lattice's frame.
+        path: (T, 3) m, see `embedded_path`.
         radii: (T,) cells, the box that is ever read at each instant.
     """
     weight, rate = danger_law(model)
     width = 2 * grid.centre + 1
     if model.danger_decay == "squared_distance":
-        axes = np.zeros((len(path), 3, width), grid.dtype)
+        axes = np.empty((3 * len(path), width), grid.dtype)
         danger_factors(path, grid.lattice.spacing, weight, rate, grid.centre, grid.dimension, axes)
-        return axes, np.zeros((0, 0, 0, 0), grid.dtype)
-    table = np.empty((len(path), *grid.shape), grid.dtype)
+        return axes, np.zeros((0, 0), grid.dtype)
+    table = np.empty((len(path) * grid.shape[0], grid.shape[1]), grid.dtype)
     danger_tables(path, radii, grid.lattice.spacing, weight, rate, grid.centre, grid.dimension, table)
-    return np.ones((1, 1, 1), grid.dtype), table
+    return np.ones((3, 1), grid.dtype), table
+
+
+def embedded_path(lattice: Lattice, robot_path: FloatArray) -> FloatArray:
+    """World positions (T, d) m → (T, 3) m in the lattice's frame, 0 on the axes that only pad."""
+    path = np.zeros((len(robot_path), 3))
+    path[:, 3 - lattice.dimension :] = lattice.to_local(robot_path)
+    return path
+
+
+def danger_bounds(
+    model: HumanModel, path: FloatArray, grid: CostGrid, horizon: int, lead: int
+) -> tuple[IntArray, FloatArray]:
+    """(radii (T,), bounds (horizon,)): cells that are read at each instant, and the most danger on any walk of policy k.
+
+    Args:
+        model: how the person decides.
+        path: (T, 3) m, see `embedded_path`.
+        grid: cells and stages.
+        horizon: policies wanted.
+        lead: 1 if the robot is anticipated, 0 if it is taken to stay where it is.
+    """
+    radii = np.minimum(grid.reach * (np.arange(len(path)) + 1 - lead), grid.centre)
+    weight, rate = danger_law(model)
+    gap = np.maximum(np.abs(path) - radii[:, None] * grid.lattice.spacing, 0.0)
+    squared = np.einsum("ta,ta->t", gap, gap)
+    most = weight * np.exp(-rate * (squared if model.danger_decay == "squared_distance" else np.sqrt(squared)))
+    total = np.concatenate([[0.0], np.cumsum(most)])
+    first = np.arange(horizon) + lead
+    return radii, total[first + grid.steps] - total[first]

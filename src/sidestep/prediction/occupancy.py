@@ -26,10 +26,10 @@ from numpy.typing import DTypeLike, NDArray
 from sidestep._kernels.push_horizon import Conditions, Policy, Scratch, first_choice, propagate, undisturbed_values
 from sidestep.errors import InvalidInput
 from sidestep.human.actions import ActionSet
-from sidestep.human.cost import CostGrid, danger_terms, embedded_shape
+from sidestep.human.cost import CostGrid, danger_bounds, danger_terms, embedded_path, row_shape
 from sidestep.human.goals import Goal
 from sidestep.human.model import HumanModel
-from sidestep.human.policy import constant_tables, danger_bounds, embedded_free, look_ahead, policy_of, tolerance
+from sidestep.human.policy import embedded_free, look_ahead, policy_of, tolerance
 from sidestep.lattice import Lattice, heading_rotation
 from sidestep.types import BoolArray, FloatArray, VectorLike
 
@@ -66,15 +66,20 @@ class Occupancy:
         return len(self.probability)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Removal:
     """Mass that touches the robot at instant k is taken out before k + 1 (first passage).
 
     Attributes:
         distance: m between centres; contact is anything nearer.
+        fractions: (N+1, F) share removed at instant k and distance `step`·i, linear between, 0 beyond (see `spread.profiles`); or
+            None: everything nearer than `distance` and nothing else.
+        step: m.
     """
 
     distance: float
+    fractions: FloatArray | None = None
+    step: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -127,18 +132,38 @@ class Workspace:
     """Scratch arrays that `predict` may reuse from call to call (one per thread); results never live in it."""
 
     def __init__(self) -> None:
-        self._kept: dict[tuple[Any, ...], Scratch] = {}
+        self._key: tuple[object, ...] = ()
+        self._scratch: Scratch | None = None
 
-    def scratch(self, grid: CostGrid, mass_shape: tuple[int, int, int]) -> Scratch:
-        """Return arrays for this size, from the last call if it had the same."""
-        key = (grid.shape, mass_shape, grid.reach, np.dtype(grid.dtype))
-        if key not in self._kept:
-            count = 2 * grid.reach + 1
-            values = [np.zeros(s, grid.dtype) for s in (grid.shape, grid.shape, grid.shape[1:], grid.shape[2:])]
-            masses = [np.zeros(mass_shape) for _ in range(4)]
-            line = np.zeros(2 * mass_shape[2] + 2 * count)
-            self._kept = {key: Scratch(*values, *masses, line, np.zeros((count, count, count)))}
-        return self._kept[key]
+    def scratch(self, grid: CostGrid, horizon: int, midway: bool) -> Scratch:
+        """Return arrays for this size: those of the last call if it had the same."""
+        key = (grid.shape, grid.reach, grid.dtype, horizon, midway)
+        if self._scratch is None or self._key != key:
+            self._key, self._scratch = key, _new_scratch(grid, horizon, midway)
+        return self._scratch
+
+
+def _new_scratch(grid: CostGrid, horizon: int, midway: bool) -> Scratch:
+    d, reach, (rows, columns) = grid.dimension, grid.reach, grid.shape
+    count = 2 * reach + 1
+    mass = row_shape(2 * reach * horizon + 1, d)
+    width = 4 * reach * horizon - 2 * reach + 1
+    half = (2 * row_shape(width, d)[0], width // 2 + 1) if midway else (0, width // 2 + 1)
+    return Scratch(
+        even=np.zeros((rows, columns), grid.dtype),
+        odd=np.zeros((rows, columns), grid.dtype),
+        plane=np.zeros((columns if d == 3 else 0, columns), grid.dtype),
+        lines=np.zeros((3, columns), grid.dtype),
+        values=np.zeros((count**d, mass[1]), grid.dtype),
+        counts=np.zeros((2, mass[1]), grid.dtype),
+        mass=np.zeros(mass),
+        moved=np.zeros(mass),
+        alive=np.zeros(mass),
+        moved_alive=np.zeros(mass),
+        half=np.zeros(half),
+        parts=np.zeros((2, mass[1] + 1)),
+        choice=np.zeros((count, count, count)),
+    )
 
 
 def predict(
@@ -185,7 +210,7 @@ def predict(
         model, lattice, goals, robot_path, horizon, time_step, removal, free, midway, workspace or Workspace(), dtype
     )
     d, reach = grid.dimension, grid.reach
-    occupancy = np.zeros((horizon + 1, *embedded_shape(2 * reach * horizon + 1, d)))
+    occupancy = np.zeros((horizon + 1, *row_shape(2 * reach * horizon + 1, d)))
     contact = np.zeros(horizon)
     halves = np.zeros(int(given.offsets[-1]) if midway else 0)
     kept = np.zeros((len(goals), 2, *occupancy.shape)) if keep_hypotheses else None
@@ -208,7 +233,7 @@ def predict(
             probability=_read_only(occupancy.reshape(horizon + 1, *real)),
             time_step=time_step,
         ),
-        action_probabilities=_read_only(_first_probabilities(model, grid, policies, given, scratch)),
+        action_probabilities=_read_only(_first_probabilities(grid, policies, given, scratch)),
         velocities=_read_only(action_velocities(model, lattice, time_step)),
         contact=_read_only(contact),
         midway=_split(halves, given.offsets, reach, d) if midway else (),
@@ -234,7 +259,7 @@ def first_action_probabilities(
     grid, policies, given, scratch = _prepare(
         model, lattice, goals, robot_path, 1, time_step, None, free, False, workspace or Workspace(), None
     )
-    return _read_only(_first_probabilities(model, grid, policies, given, scratch))
+    return _read_only(_first_probabilities(grid, policies, given, scratch))
 
 
 def action_velocities(model: HumanModel, lattice: Lattice, time_step: float) -> FloatArray:
@@ -263,18 +288,19 @@ def _prepare(
     if world.ndim != 2 or world.shape[1] != d or len(world) < needed:
         raise InvalidInput("robot_path", world.shape, f"at least ({needed}, {d})")
     if dtype is None:
-        dtype = np.float32 if horizon * steps >= SINGLE_FROM and np.isinf(model.rationality) else np.float64
+        single = horizon * steps >= SINGLE_FROM and np.isinf(model.rationality)
+        dtype = np.float32 if single else np.float64
+    centre = reach * (horizon - 1 + steps)
     grid = CostGrid(
-        lattice=lattice, time_step=time_step, reach=reach, steps=steps, centre=reach * (horizon - 1 + steps),
-        dtype=np.dtype(dtype),
-    )  # fmt: skip
-    path = np.ascontiguousarray(lattice.to_local(world[:needed]))
+        lattice=lattice, time_step=time_step, reach=reach, steps=steps, centre=centre, dtype=np.dtype(dtype)
+    )
+    path = embedded_path(lattice, world[:needed])
     radii, bounds = danger_bounds(model, path, grid, horizon, lead)
     danger = danger_terms(model, path, radii, grid)
     walls = embedded_free(free, grid)
     middle = reach * (horizon - 1)
     policies = [policy_of(model, goal, grid, danger, bounds, walls, middle, lead) for goal in goals]
-    scratch = workspace.scratch(grid, embedded_shape(2 * reach * horizon + 1, d))
+    scratch = workspace.scratch(grid, horizon, midway)
     given = _conditions(model, grid, path, horizon, removal, walls, midway)
     for index, policy in enumerate(policies):
         if policy.tables.size == 0:
@@ -295,48 +321,35 @@ def _conditions(
 ) -> Conditions:
     d, reach = grid.dimension, grid.reach
     count, middle = 2 * reach + 1, reach * (horizon - 1)
-    uniform = np.full((3, count), 1.0 / count)
-    uniform[: 3 - d] = np.eye(count)[reach]
     sizes = [(2 * reach * (2 * k + 1) + 1) ** d for k in range(horizon)] if midway else []
+    fractions = np.zeros((1, 0)) if removal is None or removal.fractions is None else removal.fractions
     return Conditions(
-        dimension=d, reach=reach, spacing=grid.lattice.spacing, randomness=float(model.randomness),
-        tolerance=tolerance(grid), rationality=float(model.rationality),
-        free=np.zeros((0, 0, 0), np.bool_) if walls is None else walls,
-        uniform=constant_tables(uniform, 2 * middle + 1),
-        value_centre=grid.centre, centre=reach * horizon, middle=middle, path=path,
+        dimension=d,
+        reach=reach,
+        spacing=grid.lattice.spacing,
+        randomness=float(model.randomness),
+        tolerance=tolerance(grid),
+        rationality=float(model.rationality),
+        free=np.zeros((0, 0), np.bool_) if walls is None else walls,
+        uniform=np.full((3 * count, 2 * middle + 1), 1.0 / count),
+        value_centre=grid.centre,
+        centre=reach * horizon,
+        middle=middle,
+        half_centre=2 * middle + reach,
+        path=path,
         contact=-1.0 if removal is None else float(removal.distance),
-        step_weights=np.ones(horizon + 1), profiles=np.zeros((horizon + 1, 1)), profile_step=1.0,
+        fractions=np.ascontiguousarray(fractions, dtype=np.float64),
+        fraction_step=1.0 if removal is None else float(removal.step),
         offsets=np.cumsum([0, *sizes]) if midway else np.zeros(0, np.int64),
-    )  # fmt: skip
-
-
-def _first_probabilities(
-    model: HumanModel, grid: CostGrid, policies: Sequence[Policy], given: Conditions, scratch: Scratch
-) -> FloatArray:
-    d, reach = grid.dimension, grid.reach
-    count = 2 * reach + 1
-    chosen = np.zeros((len(policies), 2, count**d))
-    inner = (reach,) * (3 - d)
-    for g, policy in enumerate(policies):
-        for beta in (0, 1):
-            first_choice(policy, given, bool(beta), scratch, scratch.choice)
-            chosen[g, beta] = scratch.choice[inner].ravel()
-    return (1 - model.randomness) * chosen + model.randomness * _random_actions(given, grid)  # Eq. 4
-
-
-def _random_actions(given: Conditions, grid: CostGrid) -> FloatArray:
-    d, reach = grid.dimension, grid.reach
-    count = (2 * reach + 1) ** d
-    if given.free.size == 0:
-        return np.full(count, 1.0 / count)
-    near = tuple(
-        slice(given.value_centre - reach, given.value_centre + reach + 1) if a >= 3 - d else slice(0, 1)
-        for a in range(3)
     )
-    admissible = given.free[near].ravel().astype(np.float64)
-    if not admissible.any():
-        admissible[count // 2] = 1.0
-    return admissible / admissible.sum()
+
+
+def _first_probabilities(grid: CostGrid, policies: Sequence[Policy], given: Conditions, scratch: Scratch) -> FloatArray:
+    d, count = grid.dimension, 2 * grid.reach + 1
+    chosen = np.empty((len(policies), 2, count, count, count))
+    for policy, both in zip(policies, chosen, strict=True):
+        first_choice(policy, given, scratch, both)
+    return chosen[(slice(None), slice(None), *[grid.reach] * (3 - d))].reshape(len(policies), 2, count**d)
 
 
 def _split(halves: FloatArray, offsets: NDArray[np.int64], reach: int, d: int) -> tuple[FloatArray, ...]:
