@@ -7,12 +7,11 @@ import zipfile
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sidestep._kernels.forest import mean_leaf_values
+from sidestep._kernels.forest import sum_of_leaves
 from sidestep.errors import InvalidFile
 from sidestep.perception.clusters import FEATURES
 from sidestep.types import FloatArray
@@ -23,18 +22,20 @@ CLASSES = ("other", "leg", "both legs")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LegClassifier:
-    """A forest of decision trees over `clusters.FEATURES`, as plain arrays. T trees, M nodes in all.
+    """Boosted decision trees over `clusters.FEATURES`, as plain arrays. T trees, M nodes in all.
 
     Trained with balanced classes: the ratio of two probabilities is a likelihood ratio, free of any prior.
 
     Attributes:
-        roots: (T,) node at which each tree begins.
+        base: (len(CLASSES),) scores before any tree.
+        roots: (T,) node at which each tree begins; tree t adds to the score of class t mod len(CLASSES).
         features: (M,) column that each node looks at; −1 marks a leaf.
         thresholds: (M,) left where the value is ≤ the threshold.
         children: (M, 2) nodes.
-        values: (M, len(CLASSES)) class probabilities.
+        values: (M,) of the leaves.
     """
 
+    base: FloatArray
     roots: NDArray[np.int32]
     features: NDArray[np.int16]
     thresholds: NDArray[np.float32]
@@ -43,10 +44,10 @@ class LegClassifier:
 
     def probabilities(self, features: FloatArray) -> FloatArray:
         """Return (C, len(CLASSES)) probabilities for features (C, len(FEATURES))."""
-        return mean_leaf_values(*self._arrays(features))
-
-    def _arrays(self, features: FloatArray) -> tuple[Any, ...]:
-        return features, self.roots, self.features, self.thresholds, self.children, self.values
+        arrays = (self.roots, self.features, self.thresholds, self.children, self.values)
+        scores = self.base + sum_of_leaves(features, *arrays, len(CLASSES))
+        weights = np.exp(scores - scores.max(axis=1, keepdims=True))
+        return weights / weights.sum(axis=1, keepdims=True)
 
     @cached_property
     def size(self) -> int:
@@ -58,11 +59,12 @@ class LegClassifier:
         with Path(path).open("wb") as stream:
             np.savez_compressed(
                 stream,
+                base=self.base,
                 roots=self.roots,
                 features=self.features,
                 thresholds=self.thresholds,
                 children=self.children,
-                values=np.rint(self.values * 255).astype(np.uint8),
+                values=self.values,
                 columns=np.array(FEATURES),
             )
 
@@ -83,13 +85,13 @@ def _read(path: Path) -> LegClassifier:
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-        values = arrays["values"].astype(np.float32)
         classifier = LegClassifier(
+            base=arrays["base"].astype(np.float64),
             roots=arrays["roots"].astype(np.int32),
             features=arrays["features"].astype(np.int16),
             thresholds=arrays["thresholds"].astype(np.float32),
             children=arrays["children"].astype(np.int32),
-            values=values / np.maximum(values.sum(axis=1, keepdims=True), 1.0),
+            values=arrays["values"].astype(np.float32),
         )
         columns = tuple(str(name) for name in arrays["columns"])
     except FileNotFoundError:
@@ -109,7 +111,8 @@ def _sound(c: LegClassifier) -> bool:
     return bool(
         c.thresholds.shape == (count,)
         and c.children.shape == (count, 2)
-        and c.values.shape == (count, len(CLASSES))
+        and c.values.shape == (count,)
+        and c.base.shape == (len(CLASSES),)
         and c.roots.size > 0
         and np.all((c.roots >= 0) & (c.roots < count))
         and np.all(c.features < len(FEATURES))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sidestep.errors import InvalidInput, MissingExtra
-from sidestep.perception.classifier import LegClassifier
+from sidestep.perception.classifier import CLASSES, LegClassifier
 from sidestep.perception.clusters import find_clusters
 from sidestep.perception.scan import Beams, ScanRecording
 from sidestep.simulation.gait import Gait
@@ -66,39 +66,54 @@ def recorded_samples(recordings: Sequence[ScanRecording]) -> tuple[FloatArray, I
     return np.concatenate(features), np.concatenate(classes)
 
 
-def train(features: FloatArray, classes: IntArray, *, seed: int, trees: int = 60, leaves: int = 160) -> LegClassifier:
-    """Fit a random forest with balanced classes and return it as plain arrays.
+def train(features: FloatArray, classes: IntArray, *, seed: int, rounds: int = 100, leaves: int = 16) -> LegClassifier:
+    """Fit boosted trees with balanced classes and return them as plain arrays.
+
+    Args:
+        features: (S, F).
+        classes: (S,) indices into `classifier.CLASSES`.
+        seed: of the samples and features that each tree sees.
+        rounds: of boosting, one tree per class each.
+        leaves: of each tree.
 
     Raises:
         MissingExtra: scikit-learn is not installed.
         InvalidInput: a class is missing among the samples.
     """
     try:
-        from sklearn.ensemble import RandomForestClassifier
+        from sklearn.ensemble import GradientBoostingClassifier
     except ImportError:
         raise MissingExtra("training the leg classifier", "lab") from None
-    found = sorted(set(classes.tolist()))
-    if found != [0, 1, 2]:
-        raise InvalidInput("train: classes", found, "legs, both legs and other things among the samples")
-    forest = RandomForestClassifier(
-        n_estimators=trees, max_leaf_nodes=leaves, min_samples_leaf=8, class_weight="balanced", random_state=seed
-    )
-    forest.fit(features, classes)
-    return _as_arrays([estimator.tree_ for estimator in forest.estimators_])
+    found, count = np.unique(classes, return_counts=True)
+    if found.tolist() != list(range(len(CLASSES))):
+        raise InvalidInput("train: classes", found.tolist(), "legs, both legs and other things among the samples")
+    weight = (classes.size / len(CLASSES) / count)[classes]
+    model = GradientBoostingClassifier(
+        n_estimators=rounds, learning_rate=0.1, max_leaf_nodes=leaves, max_depth=16, min_samples_leaf=20,
+        subsample=0.3, max_features=6, random_state=seed,
+    )  # fmt: skip
+    model.fit(features, classes, sample_weight=weight)
+    return _as_arrays([tree.tree_ for tree in model.estimators_.ravel()], model.learning_rate)
 
 
-def _as_arrays(trees: Sequence[Any]) -> LegClassifier:
+def _as_arrays(trees: Sequence[Any], learning_rate: float) -> LegClassifier:
     sizes = np.array([tree.node_count for tree in trees])
     roots = np.concatenate(([0], np.cumsum(sizes)[:-1]))
     children = [np.stack((t.children_left, t.children_right), axis=1) + r for t, r in zip(trees, roots, strict=True)]
-    values = np.concatenate([tree.value[:, 0, :] for tree in trees])
     return LegClassifier(
+        base=np.zeros(len(CLASSES)),  # balanced: every class begins alike
         roots=roots.astype(np.int32),
         features=np.maximum(np.concatenate([tree.feature for tree in trees]), -1).astype(np.int16),
-        thresholds=np.concatenate([tree.threshold for tree in trees]).astype(np.float32),
+        thresholds=_rounded_down(np.concatenate([tree.threshold for tree in trees])),
         children=np.concatenate(children).astype(np.int32),
-        values=(values / values.sum(axis=1, keepdims=True)).astype(np.float32),
+        values=(learning_rate * np.concatenate([tree.value[:, 0, 0] for tree in trees])).astype(np.float32),
     )
+
+
+def _rounded_down(thresholds: FloatArray) -> Any:
+    """Return the largest float32 ≤ each threshold: for float32 samples, comparing with it decides alike."""
+    nearest = thresholds.astype(np.float32)
+    return np.where(nearest > thresholds, np.nextafter(nearest, np.float32(-np.inf)), nearest)
 
 
 def _classes(hits: IntArray, start: IntArray) -> IntArray:
