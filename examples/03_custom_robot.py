@@ -14,7 +14,7 @@ import sidestep
 
 
 def main(folder: Path) -> None:
-    base = sidestep.DifferentialDrive(max_speed=0.8, max_turn_rate=1.2, radius=0.25, reference_offset=0.15)
+    base = sidestep.DifferentialDrive(max_speed=0.8, max_turn_rate=3.0, radius=0.25)
     planner = sidestep.Planner(robot=base, goal=(6.0, 0.0))
     state, step = sidestep.RobotState(position=(0.0, 0.0), heading=1.2), 0.1  # looks away from its goal
     poses, commands = [], []

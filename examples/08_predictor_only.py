@@ -20,7 +20,7 @@ HORIZON, STEP, CLEARANCE = 8, 0.5, 0.7  # steps, s, m
 
 
 def risk(path: np.ndarray, concerned: float) -> float:
-    """P(nearer than the clearance) at the worst instant along `path` ((2N+1, 2) m)."""
+    """P(nearer than the clearance) at the worst instant along `path` ((2N+2, 2) m, further than the horizon)."""
     model = sidestep.HumanModel(randomness=0.1)
     position, velocity = (-3.0, 0.0), (1.0, 0.0)
     prediction = predict(
@@ -32,8 +32,8 @@ def risk(path: np.ndarray, concerned: float) -> float:
         horizon=HORIZON,
         time_step=STEP,
     )
-    field = RiskField([PersonMass.of_prediction(prediction)], distance=CLEARANCE)
-    return max(float(field.at(2 * k, path[k][None])[0]) for k in range(1, HORIZON + 1))
+    field = RiskField(people=[PersonMass.of_prediction(prediction)], distances=np.array([CLEARANCE]))
+    return float(field.along(path[: HORIZON + 1]).max())
 
 
 def main(folder: Path) -> None:

@@ -18,8 +18,23 @@ from sidestep.simulation.loop import Run
 from sidestep.simulation.navigators import steering
 
 
+class Hand:
+    """Drives as it was told last, and keeps what was seen of people."""
+
+    def __init__(self):
+        self.velocity, self.seen = np.zeros(2), np.zeros(4)
+
+    def reset(self):
+        self.__init__()
+
+    def step(self, *, time, robot, people):
+        for person in people:
+            self.seen = np.concatenate([person.position, person.velocity])
+        return steering(self.velocity, max_speed=1.0)
+
+
 class Passing(gymnasium.Env):
-    """Pass one person, who may be concerned or not."""
+    """Pass one person."""
 
     def __init__(self, kind="straight"):
         self.scenario = load_scenario("crossing", [f"people.0.kind={kind}"], duration=20.0)
@@ -29,16 +44,12 @@ class Passing(gymnasium.Env):
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
         changed = self.scenario.changed(seed=int(self.np_random.integers(2**31)))
-        self.velocity, self.person = np.zeros(2), np.zeros(4)
-        self.run = Run(changed, navigator=self, snapshots=0)
+        self.hand = Hand()
+        self.run = Run(changed, navigator=self.hand, snapshots=0)
         return self._observation(), {}
 
-    def step(self, action=None, *, time=None, robot=None, people=None):
-        if people is not None:  # the simulator asks: drive
-            for person in people:
-                self.person = np.concatenate([person.position, person.velocity])
-            return steering(self.velocity, self.scenario.robot.max_speed)
-        self.velocity = np.asarray(action, dtype=float)
+    def step(self, action):
+        self.hand.velocity = np.asarray(action, dtype=float)
         before = np.linalg.norm(self.run.goal - self.run.state.position)
         arrived = self.run.advance()
         here = self.run.state.position
@@ -49,7 +60,7 @@ class Passing(gymnasium.Env):
 
     def _observation(self):
         here = self.run.state.position
-        return np.concatenate([self.run.goal - here, self.run.places[0] - here, self.person[2:]])
+        return np.concatenate([self.run.goal - here, self.run.places[0] - here, self.hand.seen[2:]])
 
 
 class Driver:
