@@ -58,7 +58,7 @@ def read_record(path: str | Path) -> Record:
     """
     what = f"a {FORMAT} file (.npz), version ≤ {VERSION}"
     try:
-        with np.load(path, allow_pickle=False) as held:
+        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as held:
             meta = json.loads(str(held["meta"]))
             if meta["format"] != FORMAT or meta["version"] > VERSION:
                 raise InvalidFile(str(path), f"{meta['format']} {meta['version']}", what, "update sidestep")

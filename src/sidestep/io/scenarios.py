@@ -47,7 +47,7 @@ def load_scenario(name: str | Path, changes: Iterable[str] = (), **values: Any) 
     """
     text, source, stem = _text_of(name)
     try:
-        data = tomllib.loads(text)
+        data: dict[str, Any] = without_none(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
         raise InvalidFile(source, str(error), "a TOML file") from None
     data.setdefault("name", stem)

@@ -33,7 +33,7 @@ class Metrics:
             realised_violations: planning steps after which someone was within the clearance one time step later (where
             the record holds that instant). For rule "mass" the first is meant to bound the second on average.
         PI_R, PI_H: Σ_t ‖x(t) − g‖² of the robot, and of the people with a goal together, as printed in Section IV-B,
-            per planner time step; PI_T: their sum.
+            at instants one planner time step apart; PI_T: their sum.
         PI_R_lateral, PI_H_lateral, PI_T_lateral: the same with the absolute distance (m) from the straight line from
             start to goal, as in the authors' recorded series.
         path_length: m, the robot's; human_path_length: m, of all people together.
@@ -82,14 +82,7 @@ def measure(record: Record) -> Metrics:
     sampled = np.linalg.norm(people - record.robot_positions[:, None], axis=-1)  # (T+1, P) m
     moving, standing = contacts(record, gaps)
     predicted, realised = _violations(record, sampled)
-    share = record.control_step / record.time_step  # a finer record does not make an index larger
-    goals = np.isfinite(record.people_goals).all(axis=-1)
-    pi_r, pi_h = (
-        share * float(_squares(record.robot_positions, record.robot_goal)),
-        share * sum(float(_squares(people[:, i], record.people_goals[i])) for i in np.flatnonzero(goals)),
-    )
-    lateral_r = share * _lateral(record.robot_positions, record.robot_goal)
-    lateral_h = share * sum(_lateral(people[:, i], record.people_goals[i]) for i in np.flatnonzero(goals))
+    pi_r, pi_h, lateral_r, lateral_h = _indices(record)
     planning = 1e3 * record.planning_time[record.plan_age <= 1e-9]
     arrival = _arrival(record)
     return Metrics(
@@ -150,6 +143,21 @@ def _violations(record: Record, sampled: FloatArray) -> tuple[float, int]:
     risk: FloatArray = record.risk[planned, 0]
     known = np.isfinite(risk)
     return float(risk[known].sum()), int((inside & known).sum())
+
+
+def _indices(record: Record) -> tuple[float, float, float, float]:
+    """PI_R, PI_H, and both with the lateral offset, at instants one time step apart: a finer record sums no more."""
+    ratio = record.time_step / record.control_step
+    whole = ratio >= 1 and abs(ratio - round(ratio)) < 1e-6
+    every, share = (round(ratio), 1.0) if whole else (1, 1 / ratio)
+    robot, people, goals = record.robot_positions[::every], record.people_positions[::every], record.people_goals
+    known = np.flatnonzero(np.isfinite(goals).all(axis=-1))
+    return (
+        share * _squares(robot, record.robot_goal),
+        share * sum(_squares(people[:, i], goals[i]) for i in known),
+        share * _lateral(robot, record.robot_goal),
+        share * sum(_lateral(people[:, i], goals[i]) for i in known),
+    )
 
 
 def _squares(path: FloatArray, goal: FloatArray) -> float:

@@ -76,8 +76,8 @@ class Recorder:
 
     def record(self, reached: bool, walls: Sequence[FloatArray]) -> Record:
         """Return what happened up to the last whole step."""
-        s, steps = self.scenario, self.steps
-        t = len(steps)
+        t = min(len(self.steps), len(self.time) - 1)  # an interruption may fall between a step and the instant after it
+        s, steps = self.scenario, self.steps[:t]
         time = np.array(self.time[: t + 1])
         robot = np.array(self.robot[: t + 1])
         n, d, p = s.planner.horizon, s.dimension, len(self.people)

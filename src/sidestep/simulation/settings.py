@@ -88,7 +88,7 @@ class PersonSettings(Settings):
         switch_times: s, at which awareness flips; kind "switching".
         heeds_signal: probability of becoming concerned at each decision while the robot signals (method §7).
         arrives_with: (d,) m/s, velocity before the start, which the sensor saw; None: nobody was watching.
-        appears, vanishes: s, when the person enters and leaves; None: stays.
+        appears, vanishes: s, when the person enters and leaves, at the control instant then or next; None: stays.
     """
 
     id: str | None = Field(default=None, min_length=1)

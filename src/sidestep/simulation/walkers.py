@@ -94,9 +94,9 @@ class Walker:
 
     def move(self, start: float, end: float) -> None:
         """Walk; a wall stops."""
-        if self.position(start) is None or end <= self.settings.appears:
+        if self.position(start) is None:
             return
-        there = self._place + (end - max(start, self.settings.appears)) * self.velocity
+        there = self._place + (end - start) * self.velocity
         if self._obstacles is None or self._obstacles.segment_free(self._place[None], there[None], margin=0.0)[0]:
             self._place = there
 

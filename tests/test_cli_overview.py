@@ -1,0 +1,94 @@
+"""The command line itself: overview, errors in one line, exit status, nothing heavy before it is needed."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from sidestep.cli import COMMANDS, execute
+
+
+def test_the_overview_names_every_command(capsys):
+    for argv in ([], ["--help"], ["-h"], ["help"]):
+        assert execute(argv) == 0
+        out = capsys.readouterr().out
+        for name, (_, text) in COMMANDS.items():
+            assert f"  {name} " in out
+            assert text in out
+
+
+def test_the_overview_imports_nothing_heavy():
+    heavy = ("numpy", "numba", "pydantic", "matplotlib", "cyclopts", "rich", "scipy")
+    code = (
+        "import sys; from sidestep.cli import execute; execute(['--help']); "
+        f"print([name for name in {heavy!r} if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("name", list(COMMANDS))
+def test_every_command_explains_itself(name, capsys):
+    assert execute([name, "--help"]) == 0
+    assert f"sidestep {name}" in capsys.readouterr().out
+
+
+def test_version(capsys):
+    from sidestep import __version__
+
+    assert execute(["--version"]) == 0
+    assert capsys.readouterr().out == f"sidestep {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("argv", "words"),
+    [
+        (["rnu"], "did you mean 'run'"),
+        (["run", "--sed", "3"], "Did you mean --seed"),
+        (["run", "--seed", "three"], "--seed"),
+        (["run", "--seed"], "--seed"),
+        (["run", "--human", "asleep"], "concerned"),
+        (["run", "crossing", "head-on"], "head-on"),
+        (["scenarios", "crosing"], "did you mean 'crossing'"),
+    ],
+)
+def test_bad_arguments_give_one_line_and_status_2(argv, words, capsys):
+    assert execute(argv) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert err.startswith("sidestep: ")
+    assert words in err
+
+
+def test_a_fault_of_ours_has_status_1_and_a_traceback(capsys, monkeypatch):
+    import sidestep.io.scenarios
+
+    def broken():
+        raise RuntimeError("broken on purpose")
+
+    monkeypatch.setattr(sidestep.io.scenarios, "shipped_names", broken)
+    assert execute(["scenarios"]) == 1
+    err = capsys.readouterr().err
+    assert "Traceback" in err
+    assert "fault of sidestep's own" in err.splitlines()[-1]
+
+
+def test_scenarios_are_listed_and_printed(capsys):
+    assert execute(["scenarios"]) == 0
+    assert "crossing" in capsys.readouterr().out
+    assert execute(["scenarios", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)["scenarios"]
+    assert {"crossing", "head-on", "paper-printed"} <= {entry["name"] for entry in listed}
+    assert execute(["scenarios", "crossing"]) == 0
+    text = capsys.readouterr().out
+    assert "[robot]" in text
+    assert execute(["scenarios", "crossing", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["toml"].strip() == text.strip()
+
+
+def test_the_installed_command_and_the_module_are_the_same():
+    done = subprocess.run([sys.executable, "-m", "sidestep", "rnu"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "did you mean 'run'" in done.stderr

@@ -1,0 +1,195 @@
+"""Scenario files: what ships, what users write, what `--set` changes, and what goes wrong."""
+
+import math
+import tomllib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sidestep.errors import InvalidFile, InvalidInput, OutputError, UnknownName
+from sidestep.io.scenarios import load_scenario, shipped_names, shipped_text, write_scenario
+from sidestep.io.toml import to_toml, without_none
+
+MINE = """
+[robot]
+start = [0, -5]
+goal = [0, 5]
+
+[[people]]
+start = [-5, 0]
+goal = [5, 0]
+"""
+
+
+def test_the_promised_scenarios_ship():
+    promised = {"crossing", "head-on", "overtaking", "paper-printed", "paper-authors", "lab-printed", "lab-meeting"}
+    assert promised <= set(shipped_names())
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_every_shipped_scenario_is_sound(name, tmp_path):
+    scenario = load_scenario(name)
+    assert scenario.name == name
+    assert scenario.description
+    write_scenario(scenario, tmp_path / "copy.toml")
+    assert load_scenario(tmp_path / "copy.toml") == scenario
+
+
+@pytest.mark.parametrize("name", ["crossing", "head-on"])
+def test_without_a_reaction_robot_and_person_would_meet(name):
+    from blind_driver import BlindDriver
+    from sidestep.simulation.loop import simulate
+    from sidestep.simulation.metrics import measure
+
+    scenario = load_scenario(name, ["people.0.kind=straight"])
+    blind = BlindDriver(goal=scenario.robot.goal, speed=scenario.robot.max_speed)
+    assert measure(simulate(scenario, navigator=blind)).min_distance < 0.3
+
+
+def test_recommended_scenarios_use_the_defaults():
+    from sidestep.human.model import HumanModel
+    from sidestep.planning.settings import PlannerSettings
+
+    for name in ("crossing", "head-on", "overtaking"):
+        scenario = load_scenario(name)
+        assert scenario.planner == PlannerSettings()
+        assert scenario.human == HumanModel()
+
+
+def test_paper_scenarios_hold_the_papers_numbers():
+    printed = load_scenario("paper-printed")
+    assert (printed.human.danger_weight, printed.human.danger_rate, printed.human.danger_decay) == (
+        2.5, 0.008, "distance",
+    )  # fmt: skip
+    assert (printed.planner.goal_weight, printed.planner.effort_weight, printed.planner.risk_limit) == (
+        100.0,
+        0.06,
+        0.05,
+    )
+    assert (printed.planner.risk_rule, printed.planner.clearance, printed.human.randomness) == ("cells", 0.5, 0.5)
+    authors = load_scenario("paper-authors")
+    assert (authors.human.goal_weight, authors.human.effort_weight) == (2.5, 8.0)
+    assert (authors.human.danger_weight, authors.human.danger_rate, authors.human.danger_decay) == (
+        100.0, 0.06, "squared_distance",
+    )  # fmt: skip
+    assert authors.human.randomness == 0.2
+    for scenario in (printed, authors, load_scenario("lab-printed"), load_scenario("lab-meeting")):
+        learned = (scenario.human.motion_filter, scenario.human.steadiness, scenario.human.online_randomness)
+        assert not any(learned)
+        assert scenario.planner.first_step_limit is None
+        assert scenario.planner.soft_risk_weight == 0.0
+        assert scenario.human.frame == "world"
+    lab = load_scenario("lab-printed")
+    assert (lab.robot.max_speed, lab.robot.shape, lab.planner.horizon) == (0.1, "box", 2)
+
+
+def test_a_users_file_is_read_by_its_path_and_named_after_it(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(MINE)
+    assert load_scenario(path).name == "mine"
+    assert load_scenario(str(path)) == load_scenario(path)
+
+
+def test_files_that_a_scenario_names_lie_beside_it(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('map = "office.yaml"\n' + MINE + '[recording]\nfile="tracks.csv"\nscene="a"\nstart=0.0\n')
+    scenario = load_scenario(path)
+    assert scenario.map == str(tmp_path / "office.yaml")
+    assert scenario.recording is not None
+    assert scenario.recording.file == str(tmp_path / "tracks.csv")
+
+
+def test_changes_take_toml_values_words_and_none():
+    changes = [
+        "planner.horizon=5",
+        "people.0.kind=unconcerned",
+        "people.0.speed = 1.4",
+        "robot.goal=[1.0, 5]",
+        "planner.first_step_limit=none",
+        "people.0.start.1=0.5",
+        'description="two words"',
+        "people.0.behaviour.danger_weight=3.0",
+        "measurement.occlusion=true",
+    ]
+    s = load_scenario("crossing", changes, seed=4)
+    assert (s.planner.horizon, s.people[0].kind, s.people[0].speed, s.robot.goal) == (5, "unconcerned", 1.4, (1.0, 5.0))
+    assert s.planner.first_step_limit is None
+    assert s.people[0].start == (-5.0, 0.5)
+    assert (s.description, s.seed, s.measurement.occlusion) == ("two words", 4, True)
+    assert s.model_of(s.people[0]).danger_weight == 3.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("planner.horzon=5", "did you mean 'horizon'"),
+        ("planer.horizon=5", "did you mean 'planner'"),
+        ("planner.horizon", "field=value"),
+        ("=5", "field=value"),
+        ("people.3.speed=1", "people.3"),
+        ("people.x.speed=1", "people.x"),
+        ("description.x.y=1", "description is a single value"),
+        ("seed.x=1", "seed: got {'x': 1}; allowed: an integer"),
+        ("planner.risk_limit=2", "planner.risk_limit"),
+    ],
+)
+def test_each_wrong_change_gives_one_line(change, words):
+    with pytest.raises(InvalidInput) as caught:
+        load_scenario("crossing", [change])
+    assert words in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_names_and_files_that_do_not_exist():
+    with pytest.raises(UnknownName, match="did you mean 'crossing'"):
+        load_scenario("crosing")
+    with pytest.raises(UnknownName, match="did you mean 'head-on'"):
+        shipped_text("head_on")
+    with pytest.raises(InvalidFile, match=r"nowhere/x.toml: got 'no such file'"):
+        load_scenario("nowhere/x.toml")
+
+
+def test_broken_files_are_named(tmp_path):
+    path = tmp_path / "x.toml"
+    path.write_text("robot = [")
+    with pytest.raises(InvalidFile, match=r"x\.toml"):
+        load_scenario(path)
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(InvalidFile, match=r"x\.toml"):
+        load_scenario(path)
+    path.write_text(MINE + "[planner]\nhorzon = 3\n")
+    with pytest.raises(InvalidInput, match=r"x\.toml: planner\.horzon"):
+        load_scenario(path)
+    with pytest.raises(InvalidFile):
+        load_scenario(tmp_path)
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+    with pytest.raises(OutputError, match="absent"):
+        write_scenario(load_scenario("crossing"), tmp_path / "absent" / "x.toml")
+
+
+scalars = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(2**62), 2**62),
+    st.floats(allow_nan=False),
+    st.text(st.characters(blacklist_categories=("Cs",)), max_size=8).filter(lambda text: text != "none"),
+)
+keys = st.text(st.characters(blacklist_categories=("Cs",)), min_size=1, max_size=6)
+nested = st.recursive(
+    scalars,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3),
+    max_leaves=12,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.dictionaries(keys, nested, max_size=4))
+def test_what_is_written_is_read_back(data):
+    assert without_none(tomllib.loads(to_toml(data))) == data
+
+
+def test_infinity_is_written():
+    assert tomllib.loads(to_toml({"a": math.inf, "b": [-math.inf]})) == {"a": math.inf, "b": [-math.inf]}
