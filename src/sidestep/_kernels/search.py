@@ -237,7 +237,7 @@ def solve(
 
     Args:
         horizon: N ≥ 1; radius: K, largest tap per axis; active: (3,) 1 where an axis exists.
-        taps: (n, 3) integer displacements, the first is standing still; effort: (n,) their costs.
+        taps: (n, 3) integer displacements, the first is standing still; effort: (n,) their costs, 0 first.
         first: (n,) further cost of each tap at the first step (inf forbids it).
         stage: (2KN+1 per active axis) cost of being in a cell at any step; terminal: the same shape, added at step N.
         blocked: the same shape, or empty; blocked_halfway: (parities, boxes of radius (K(2N−1)+1)//2), or empty.

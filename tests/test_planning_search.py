@@ -1,0 +1,287 @@
+"""The robot's search against trying everything, and the laws it must obey."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import settings as options
+from hypothesis import strategies as st
+
+from sidestep._kernels import search as kernel
+from sidestep.obstacles import Obstacles
+from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.search import lattice_taps, resolution, search
+from sidestep.prediction.collision import RiskField
+from sidestep.prediction.first_step import FirstStep
+from alternatives import search as naive
+from made_masses import person, still_person
+
+
+def problem(**changes):
+    settings = dict(
+        start=np.zeros(2), goal=np.array([4.0, 0.3]), time_step=0.5, horizon=5, max_speed=1.0, shape="disc",
+        effort_weight=0.02,
+    )  # fmt: skip
+    return PlanningProblem(**{**settings, **changes})
+
+
+def made_case(seed, d, horizon, radius, shape, *, walls, midway, steep):
+    """A random small problem, as arrays for the kernel and for the naive twin."""
+    rng = np.random.default_rng(seed)
+    active = (np.arange(3) >= 3 - d).astype(np.int64)
+    taps = lattice_taps(radius, d, shape)
+    if d == 3:
+        taps = taps[: min(len(taps), 11)]
+    width = 2 * radius * horizon + 1
+    stage = rng.uniform(0, 3, (width,) * d).astype(np.float32)
+    rasters = [None]
+    for b in range(1, 2 * horizon + 1):
+        w = 2 * ((radius * b + 1) // 2) + 1
+        some = rng.random() < 0.8 and (midway or b % 2 == 0)
+        rasters.append((rng.uniform(0, 1, (w,) * d) ** 6).astype(np.float32) if some else None)
+    solid = rng.random((2 * width + 1,) * d) < (0.15 if walls else 0.0)  # on the lattice of half spacing
+    centre = width  # index of the robot in it
+
+    def wall(half_cells):
+        return bool(solid[tuple(np.asarray(half_cells) + centre)])
+
+    given_ = dict(
+        taps=taps, effort=rng.uniform(0, 1, len(taps)).astype(np.float32), share=0.3,
+        first=np.where(rng.random(len(taps)) < 0.2, np.inf, rng.uniform(0, 1, len(taps))).astype(np.float32),
+        stage=stage, terminal=rng.uniform(0, 1) * stage, risk=rasters, weights=(0.7, 0.4), limit=0.5, steep=steep,
+        wall=wall if walls else None,
+    )  # fmt: skip
+    blocked = np.zeros((0, 1, 1), dtype=np.bool_)
+    halfway = np.zeros((0, 1, 1, 1), dtype=np.bool_)
+    if walls:
+        span = np.arange(-radius * horizon, radius * horizon + 1)
+        blocked = solid[np.ix_(*([2 * span + centre] * d))].reshape((1,) * (3 - d) + (width,) * d)
+        h = (radius * (2 * horizon - 1) + 1) // 2
+        span = np.arange(-h, h + 1)
+        boxes = []
+        for p in range(2**d):
+            shifts = [(p >> (d - 1 - a)) & 1 for a in range(d)]
+            boxes.append(solid[np.ix_(*[2 * span + s + centre for s in shifts])])
+        halfway = np.stack(boxes).reshape((2**d, *(1,) * (3 - d), *(2 * h + 1,) * d))
+    given_["effort"][0] = 0.0
+    starts = np.zeros(2 * horizon + 2, dtype=np.int64)
+    values = []
+    for b in range(1, 2 * horizon + 1):
+        w = 2 * ((radius * b + 1) // 2) + 1
+        values.append(np.zeros(w**d, dtype=np.float32) if rasters[b] is None else rasters[b].ravel())
+        starts[b + 1] = starts[b] + values[-1].size
+    embedded = np.zeros((len(taps), 3), dtype=np.int64)
+    embedded[:, 3 - d :] = taps
+    box = (1,) * (3 - d) + (width,) * d
+    arguments = (
+        horizon, radius, active, embedded, given_["effort"], given_["first"], stage.reshape(box),
+        given_["terminal"].astype(np.float32).reshape(box), blocked, halfway, np.concatenate(values), starts,
+        np.array([r is not None for r in rasters]), given_["weights"], given_["limit"], given_["steep"], given_["share"],
+    )  # fmt: skip
+    return given_, arguments
+
+
+@given(
+    seed=st.integers(0, 10**6),
+    case=st.sampled_from([(1, 3, 2, "box"), (2, 2, 1, "box"), (2, 3, 1, "disc"), (2, 2, 2, "disc"), (3, 2, 1, "box")]),
+    walls=st.booleans(),
+    midway=st.booleans(),
+    steep=st.sampled_from([np.inf, 50.0]),
+)
+@options(max_examples=40)
+def test_search_finds_the_minimum_over_all_sequences(seed, case, walls, midway, steep):
+    d, horizon, radius, shape = case
+    given_, arguments = made_case(seed, d, horizon, radius, shape, walls=walls, midway=midway, steep=steep)
+    best = naive.best_sequence(horizon, given_)
+    total, chosen = kernel.solve(*arguments)
+    if np.isinf(best):
+        assert np.isinf(total)
+        return
+    assert total == pytest.approx(best, rel=1e-5)
+    assert naive.sequence_cost(chosen, given_) == pytest.approx(best, rel=1e-5)
+
+
+def test_search_is_the_same_without_compilation():
+    for seed in range(3):
+        given_, arguments = made_case(seed, 2, 2, 1, "box", walls=True, midway=True, steep=50.0)
+        compiled = kernel.solve(*arguments)
+        plain = kernel.solve.py_func(*arguments)
+        assert plain[0] == pytest.approx(compiled[0])
+        assert (plain[1] == compiled[1]).all()
+
+
+def test_free_space_leads_straight_to_the_goal_and_stays_there():
+    found = search(problem(goal=np.array([1.5, 0.0]), horizon=6))
+    assert found.feasible
+    assert found.path[-1] == pytest.approx([1.5, 0.0])
+    assert found.path[1] == pytest.approx([0.5, 0.0])
+
+
+@pytest.mark.parametrize("goal_cost", ["squared", "distance"])
+@pytest.mark.parametrize("shape", ["box", "disc"])
+def test_cost_of_the_search_is_the_objective_of_its_path(goal_cost, shape):
+    people = RiskField(people=[person(horizon=4, position=(1.5, 0.2), heading=2.8)], distances=np.array([0.6]))
+    given_ = problem(
+        horizon=4, shape=shape, goal_cost=goal_cost, people=people, risk_limit=0.3, soft_risk_weight=3.0,
+        terminal_weight=0.5, goal_weight=(1.0, 2.0), effort_weight=(0.1, 0.3),
+    )  # fmt: skip
+    found = search(given_)
+    assert found.feasible
+    assert found.cost == pytest.approx(given_.cost(found.path))
+    for other in (0.1, -0.1):  # moving the last point on the lattice never helps
+        path = found.path.copy()
+        path[-1, 1] += other
+        if given_.allows(path):
+            assert given_.cost(path) >= found.cost - 1e-5
+
+
+@given(
+    x=st.floats(0.8, 2.5), y=st.floats(-0.8, 0.8), heading=st.floats(-3.1, 3.1), limit=st.sampled_from([0.02, 0.1]),
+    spread=st.booleans(),
+)  # fmt: skip
+@options(max_examples=25)
+def test_what_the_search_calls_feasible_respects_the_exact_limit(x, y, heading, limit, spread):
+    people = RiskField(
+        people=[person(horizon=4, position=(x, y), heading=heading, spread=spread)], distances=np.array([0.7])
+    )
+    given_ = problem(horizon=4, people=people, risk_limit=limit)
+    found = search(given_)
+    assert np.isfinite(found.path).all()
+    if found.feasible:
+        assert given_.allows(found.path)
+        assert people.along(found.path).max() <= limit * (1 + 1e-5)
+
+
+def test_mirrored_world_gives_the_mirrored_plan():
+    for flip in (np.diag([1.0, -1.0]), np.array([[0.0, -1.0], [1.0, 0.0]])):
+        results = []
+        for turn in (np.eye(2), flip):
+            people = RiskField(
+                people=[person(horizon=4, position=(1.4, 0.13), heading=np.pi, turn=turn)], distances=np.array([0.7])
+            )
+            results.append(search(problem(goal=turn @ [4.0, 0.3], people=people, horizon=4, risk_limit=0.1)))
+        assert results[0].feasible
+        assert results[1].path == pytest.approx(results[0].path @ flip.T, abs=1e-9)
+
+
+def test_person_in_the_way_is_passed_with_the_whole_clearance():
+    people = RiskField(people=[still_person(6, (1.5, 0.02))], distances=np.array([0.7]))
+    given_ = problem(horizon=6, people=people)
+    found = search(given_)
+    assert found.feasible
+    gaps = np.linalg.norm(found.path - np.array([1.5, 0.02]), axis=1)
+    middles = np.linalg.norm(0.5 * (found.path[1:] + found.path[:-1]) - np.array([1.5, 0.02]), axis=1)
+    assert min(gaps.min(), middles.min()) >= 0.7 - 1e-6
+    assert found.path[-1, 0] > 2.0
+
+
+def test_person_on_top_of_the_robot_is_infeasible_and_the_graded_search_gets_away():
+    people = RiskField(people=[still_person(4, (0.05, 0.0))], distances=np.array([0.7]))
+    given_ = problem(horizon=4, people=people, resolution=2, max_speed=1.5)
+    found = search(given_)
+    assert not found.feasible
+    assert np.isinf(found.cost)
+    assert (found.path == 0).all()
+    graded = replace(given_, graded=True)
+    least = search(graded, found.maps)
+    assert least.feasible
+    assert np.linalg.norm(least.path[-1] - [0.05, 0.0]) > 0.69
+    assert least.cost == pytest.approx(graded.cost(least.path), rel=1e-5)
+    slow = replace(graded, max_speed=0.2)  # too slow to get out: standing, charged a third, is the lesser evil
+    assert (search(slow).path == 0.0).all()
+
+
+def test_trajectory_rule_bounds_the_sum():
+    people = RiskField(people=[person(horizon=5, position=(1.6, 0.1), heading=np.pi)], distances=np.array([0.7]))
+    free = search(problem(people=people, risk_limit=1.0))
+    before = people.along(free.path)[1::2].sum()
+    bound = 0.25 * before
+    found = search(problem(people=people, rule="trajectory", risk_limit=bound))
+    assert found.feasible
+    assert people.along(found.path)[1::2].sum() <= bound * (1 + 1e-5)
+    assert found.cost >= free.cost - 1e-6
+    tight = search(problem(people=people, rule="trajectory", risk_limit=0.5 * bound))
+    assert not tight.feasible or tight.cost >= found.cost - 1e-6
+
+
+def test_cells_rule_keeps_off_every_cell_above_the_threshold():
+    someone = person(horizon=5, position=(1.6, 0.1), heading=np.pi)
+    threshold = 0.1
+    people = RiskField(people=[someone], distances=np.array([0.5])).cells_above(threshold)
+    found = search(problem(people=people, rule="cells", risk_limit=threshold))
+    assert found.feasible
+    steps = [someone.flat[someone.offsets[2 * k] : someone.offsets[2 * k + 1]] for k in range(6)]
+    for k in range(1, 6):
+        cells = someone.lattice.with_radius(int(someone.radii[2 * k])).positions().reshape(-1, 2)
+        near = np.linalg.norm(cells - found.path[k], axis=1) < 0.5 - 1e-6
+        assert steps[k][near].max(initial=0.0) < threshold
+
+
+def test_acceleration_limits_the_first_action():
+    given_ = problem(velocity=np.array([0.0, 0.5]), max_acceleration=0.8, control_interval=0.5)
+    found = search(given_)
+    first = (found.path[1] - found.path[0]) / 0.5
+    assert np.linalg.norm(first - [0.0, 0.5]) <= 0.4 + 1e-9
+    impossible = search(replace(given_, velocity=np.array([5.0, 0.0])))  # braking as hard as the lattice allows
+    assert impossible.path[1] == pytest.approx([0.5, 0.0])
+
+
+def test_first_step_limit_forbids_actions_that_sweep_too_close():
+    near = FirstStep(
+        positions=np.array([[1.0, 0.0]]), sigmas=np.array([0.0]), person=np.zeros(1, dtype=np.int64),
+        velocities=np.array([[-0.5, 0.0]]), probabilities=np.array([1.0]), distances=np.array([0.6]), interval=0.5,
+    )  # fmt: skip
+    found = search(problem(first_step=near))
+    velocity = (found.path[1] - found.path[0]) / 0.5
+    assert near.risk(np.zeros(2), velocity[None])[0][0] <= near.limit
+    assert search(problem()).path[1] == pytest.approx([0.5, 0.0])
+
+
+def test_walls_are_kept_off_along_the_whole_way():
+    walls = Obstacles(polygons=[[(1.0, -2.0), (1.1, -2.0), (1.1, 0.4), (1.0, 0.4)]])
+    given_ = problem(horizon=8, obstacles=walls, margin=0.3, goal=np.array([2.5, 0.0]))
+    found = search(given_)
+    assert found.feasible
+    assert walls.segment_free(found.path[:-1], found.path[1:], 0.295).all()
+    assert found.path[-1, 0] > 1.5
+
+
+def test_robot_inside_a_wall_gets_out_or_stops_but_never_fails():
+    walls = Obstacles(polygons=[[(-0.3, -3.0), (0.2, -3.0), (0.2, 3.0), (-0.3, 3.0)]])
+    out = search(problem(obstacles=walls, margin=0.3))
+    assert np.isfinite(out.path).all()
+    deep = Obstacles(polygons=[[(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)]])
+    stuck = search(problem(obstacles=deep, margin=0.3))
+    assert np.isfinite(stuck.path).all()
+    if not stuck.feasible:
+        assert (stuck.path == 0.0).all()
+
+
+@pytest.mark.parametrize("d", [1, 3])
+def test_search_in_other_dimensions(d):
+    goal = np.zeros(d)
+    goal[0] = 5.0
+    position = np.zeros(d)
+    position[0] = 1.5
+    people = RiskField(people=[still_person(4, position)], distances=np.array([0.5]))
+    found = search(problem(start=np.zeros(d), goal=goal, horizon=4, people=people))
+    assert found.feasible
+    assert people.along(found.path).max() == 0.0
+    if d == 1:
+        assert found.path[-1, 0] == pytest.approx(1.0, abs=0.06)  # nobody is passed on a line
+    else:
+        assert found.path[-1, 0] > 1.0
+
+
+def test_resolution_falls_with_the_horizon_and_taps_start_with_standing():
+    assert resolution(5, 2, "disc") == 5
+    assert resolution(50, 2, "box") < resolution(20, 2, "box")
+    assert resolution(200, 3, "box") == 2
+    for d in (1, 2, 3):
+        taps = lattice_taps(2, d, "disc")
+        assert (taps[0] == 0).all()
+        assert (np.linalg.norm(taps, axis=1) <= 2).all()
+        assert len(lattice_taps(2, d, "box")) == 5**d
