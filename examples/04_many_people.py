@@ -18,7 +18,7 @@ def main(folder: Path) -> None:
     generator = np.random.default_rng(5)
     people = []
     for k in range(8):
-        angle = 2 * np.pi * k / 8 + generator.uniform(-0.2, 0.2)
+        angle = 2 * np.pi * (k + 0.5) / 8 + generator.uniform(-0.2, 0.2)
         start = 7.0 * np.array([np.cos(angle), np.sin(angle)])
         goal = -start + generator.uniform(-1.0, 1.0, size=2)
         kind = "concerned" if k % 2 else "unconcerned"

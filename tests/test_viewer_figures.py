@@ -21,10 +21,10 @@ from PIL import Image
 
 from made_records import made_record
 from sidestep.errors import OutputError
-from sidestep.lattice import heading_rotation
+from sidestep.lattice import Lattice, heading_rotation
 from sidestep.simulation.record import Record
 from sidestep.viewer import style
-from sidestep.viewer.figure_occupancy import AHEAD, chosen_steps, draw_occupancy
+from sidestep.viewer.figure_occupancy import AHEAD, _projected, chosen_steps, draw_occupancy
 from sidestep.viewer.figure_scene import time_marks
 from sidestep.viewer.figures import run_figure, save_figure
 from sidestep.viewer.nearest import closest_approaches, distances
@@ -133,6 +133,24 @@ def test_the_darkest_cell_lies_where_the_probability_is_largest(angle):
         cell = np.array(np.unravel_index(np.argmax(snapshot.probability[row]), snapshot.probability[row].shape))
         radius = (snapshot.probability.shape[1] - 1) // 2
         assert np.allclose(centre, snapshot.origin + rotation @ (snapshot.spacing * (cell - radius)))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+def test_a_projection_keeps_all_probability_and_leaves_no_gaps(angle):
+    record = made_record(dimension=3)
+    shot = record.snapshots[3]
+    lattice = Lattice(
+        origin=shot.origin,
+        spacing=shot.spacing,
+        radius=(shot.probability.shape[1] - 1) // 2,
+        rotation=heading_rotation([np.cos(angle), np.sin(angle), 0.0]),
+    )
+    uniform = np.full(shot.probability.shape[1:], 1 / shot.probability[0].size)
+    cells, _, _ = _projected(lattice, uniform, (0, 1))
+    assert cells.sum() == pytest.approx(1.0)
+    middle = len(cells) // 2
+    inner = cells[middle - 5 : middle + 6, middle - 5 : middle + 6]
+    assert inner.min() > 0.6 * inner.max() > 0
 
 
 def test_snapshots_are_chosen_around_the_encounter():

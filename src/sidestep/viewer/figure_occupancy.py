@@ -168,12 +168,17 @@ def _in_plane(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray
 
 
 def _projected(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray, FloatArray, Affine2D]:
-    """Sum a 3-D occupancy onto a plane of the world, around the lattice's origin."""
+    """Sum a 3-D occupancy onto a plane of the world, around the lattice's origin; turned cells leave no gaps."""
     axes = list(plane)
-    points = (lattice.positions() - lattice.origin).reshape(-1, 3)[:, axes]
+    held = p > 0.0
+    centres = (lattice.positions() - lattice.origin)[held]  # (M, 3)
+    thirds = np.stack(np.meshgrid(*[(-1 / 3, 0.0, 1 / 3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    parts = thirds * lattice.spacing @ lattice.rotation.T  # (27, 3)
+    points = (centres[:, None] + parts[None])[..., axes].reshape(-1, 2)
     reach = (np.ceil(lattice.radius * np.sqrt(3)) + 0.5) * lattice.spacing
     edges = np.arange(-reach, reach + 0.5 * lattice.spacing, lattice.spacing)
-    total, _, _ = np.histogram2d(points[:, 0], points[:, 1], bins=(edges, edges), weights=p.ravel())
+    weights = np.repeat(p[held] / len(parts), len(parts))
+    total, _, _ = np.histogram2d(points[:, 0], points[:, 1], bins=(edges, edges), weights=weights)
     x, y = (float(c) for c in lattice.origin[axes])
     return total, np.array([edges[0], edges[0]]), Affine2D().translate(x, y)
 
