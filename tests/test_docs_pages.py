@@ -8,11 +8,13 @@ import inspect
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import sidestep
+from sidestep.cli import execute
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
@@ -104,3 +106,23 @@ def _inner(owner: str) -> type:
     from sidestep.simulation.metrics import Metrics
 
     return {"ActionSet": ActionSet, "Metrics": Metrics}[owner]
+
+
+def test_the_software_and_its_methods_can_be_cited(capsys):
+    assert execute(["cite"]) == 0
+    out = capsys.readouterr().out
+    assert "Amiri" in out
+    assert sidestep.__version__ in out
+    assert execute(["cite", "all"]) == 0
+    entries = capsys.readouterr().out.split("\n\n")
+    assert len(entries) >= 8
+    assert all(entry.count("{") == entry.count("}") and entry.startswith("@") for entry in entries)
+    assert execute(["cite", "orcaa"]) == 2
+    assert "did you mean 'orca'" in capsys.readouterr().err
+
+
+def test_versions_agree():
+    cff = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert f"\nversion: {sidestep.__version__}\n" in cff
+    assert project["version"] == sidestep.__version__

@@ -11,7 +11,9 @@ import pytest
 from PIL import Image
 
 from made_records import made_record
+from sidestep.cli import execute
 from sidestep.errors import InvalidInput, MissingExtra, OutputError
+from sidestep.io.records import write_record
 from sidestep.viewer import video
 from sidestep.viewer.animation import animate
 
@@ -80,3 +82,13 @@ def test_mp4_without_ffmpeg_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(MissingExtra, match=r"sidestep\[live\]"):
         animate(made_record(steps=3), tmp_path / "run.mp4", fps=2)
+
+
+def test_the_command_makes_a_film_beside_the_record(tmp_path, capsys):
+    record = write_record(made_record(steps=4), tmp_path / "run.npz")
+    assert execute(["animate", str(record), "--out", str(tmp_path / "film.gif"), "--fps", "4", "--speed", "2"]) == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path / 'film.gif'}\n"
+    assert len(frames(tmp_path / "film.gif")) == 5
+    for wrong in (["nothing.npz"], [str(record), "--out", "film.avi"], [str(record), "--fps", "900"]):
+        assert execute(["animate", *wrong]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1

@@ -17,6 +17,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "scenarios": ("sidestep.commands.scenarios:scenarios", "list what can be run, or print a scenario as TOML"),
     "run": ("sidestep.commands.run:run", "send a robot past people: table, record, figure"),
     "live": ("sidestep.commands.live:live", "be the pedestrian: a page in the browser"),
+    "animate": ("sidestep.commands.animate:animate", "a film of a recorded run"),
+    "cite": ("sidestep.commands.cite:cite", "what to cite, as BibTeX"),
 }
 """Name → (module:function, one line of help), in the order of the overview."""
 
