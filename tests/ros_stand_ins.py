@@ -98,7 +98,7 @@ class StraightPlanner:
         self.calls: list[Any] = []
 
     def step(self, *, time: float, robot: Any, people: Any) -> Plan:
-        self.calls.append((time, robot, list(people)))
+        self.calls.append((time, robot, people))
         return plan_of(time, self.velocity, self.status)
 
 

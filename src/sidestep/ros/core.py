@@ -75,15 +75,15 @@ class Core:
         self._plan: tuple[int, Plan] | None = None
         self._broken = ""
         self._arrived = -1  # number of the task that is done
-        self._holds: dict[str, str] = {}
+        self._holds: dict[str, tuple[Activity, str]] = {}
         self._said: tuple[Activity, str, Motion] = ("waiting", "", STANDSTILL)
         self._plans, self._commands = Beat(), Beat()
 
-    def hold(self, who: str, reason: str) -> None:
+    def hold(self, who: str, reason: str, activity: Activity = "stopped") -> None:
         """Keep the robot standing until `who` says otherwise; an empty reason lets go."""
         with self._lock:
             if reason:
-                self._holds[who] = reason
+                self._holds[who] = activity, reason
             else:
                 self._holds.pop(who, None)
 
@@ -156,7 +156,7 @@ class Core:
     def _standing(self, task: Task, now: float, complaint: str) -> tuple[Activity, str]:
         """Return ("driving", "") if the plan may be followed, else what to say instead."""
         if self._holds:
-            return "stopped", next(iter(self._holds.values()))
+            return next(iter(self._holds.values()))
         if complaint:
             return ("stopped" if self._inputs.complete else "waiting"), complaint
         if task.goal is None:

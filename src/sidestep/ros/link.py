@@ -15,7 +15,7 @@ class Link:
     same, and stop the robot alike. After a loss, someone has to start again.
 
     Args:
-        hold: (reason) keeps the robot standing; "" lets go.
+        hold: (reason) keeps the robot standing, as it must be before the first start; "" lets go.
         timeout: s.
     """
 
@@ -26,7 +26,6 @@ class Link:
         self._sent: deque[tuple[int, float]] = deque(maxlen=1000)
         self._driver: str | None = None
         self._alive = 0.0
-        hold("waiting for a station to start")
 
     @property
     def driver(self) -> str | None:

@@ -21,7 +21,6 @@ from sidestep.ros.messages import read_transform
 from sidestep.ros.publisher import TOPICS
 from sidestep.ros.settings import NodeSettings
 
-_CODES = {"int8": "b", "float64": "d"}
 _NOT_OURS = ("use_sim_time", "qos_overrides", "start_type_description_service")
 
 
@@ -50,7 +49,7 @@ class Ros2Maker:
     def numbers(self, kind: str, values: Any) -> Any:
         """Return an array of the machine's own numbers; sequences of fixed length want numpy."""
         found = np.asarray(values, dtype=kind)
-        return found if kind == "float64" else array.array(_CODES[kind], found.tobytes())
+        return found if kind == "float64" else array.array(found.dtype.char, found.tobytes())
 
     def level(self, value: int) -> Any:
         """Return a byte."""

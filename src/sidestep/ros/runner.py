@@ -48,21 +48,32 @@ class Runner:
         inputs: what has arrived.
         outlet: where results go.
         clock: s, the clock that stamps messages; it may be simulated.
+        prepare: done before the first plan, in the planner's thread: whatever takes long once.
     """
 
     def __init__(
-        self, settings: NodeSettings, *, core: Core, inputs: Inputs, outlet: Outlet, clock: Callable[[], float]
+        self,
+        settings: NodeSettings,
+        *,
+        core: Core,
+        inputs: Inputs,
+        outlet: Outlet,
+        clock: Callable[[], float],
+        prepare: Callable[[], None] = lambda: None,
     ) -> None:
         self._node = settings.node
         self._core = core
         self._inputs = inputs
         self._outlet = outlet
         self._clock = clock
+        self._prepare = prepare
         self._ending = threading.Event()
         self._link: Link | None = None
         self.server: RemoteServer | None = None
         """The stations' server, where remote control is enabled."""
+        core.hold("preparation", "getting ready; the first time after an installation this takes minutes", "waiting")
         if settings.node.remote.enabled:
+            core.hold("remote", "waiting for a station to start", "waiting")
             self._link = Link(lambda reason: core.hold("remote", reason), settings.node.remote.link_timeout)
             self.server = RemoteServer(
                 settings.node.remote,
@@ -130,6 +141,11 @@ class Runner:
             return STANDSTILL
 
     def _plan(self) -> None:
+        try:
+            self._prepare()
+        except Exception:  # planning will say what is wrong
+            _LOG.exception("not ready")
+        self._core.hold("preparation", "")
         period = 1.0 / self._node.planner_rate
         due = time.monotonic()
         while not self._ending.is_set():

@@ -1,77 +1,47 @@
-"""Who is there, between two messages: people who come with a name, or without one."""
+"""Who is there, between two messages: found in scans, or by something else, with a name or without one."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from sidestep.human.observation import PersonObservation
+from sidestep.perception.scan import Scan
+from sidestep.perception.table import TrackTable
+from sidestep.perception.tracks import Tracker
 from sidestep.ros.geometry import Pose2
 from sidestep.ros.messages import LaserScan, People
-from sidestep.types import FloatArray, Vector
+from sidestep.types import FloatArray, IntArray
 
-_WANDERING = 1.0  # m²/s³, how fast a walking velocity changes
+_AGILITY = 1.0  # m²/s³, how fast a walking velocity changes
 _FIRST_SPEED = 1.0  # m/s, standard deviation of the velocity of someone new
 _FARTHEST = 0.8  # m between where someone was expected and where they may be found again
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Motion:
-    """Position and velocity of one person, by a constant-velocity Kalman filter whose axes do not mix.
+class ScannedPeople:
+    """People whose legs a scanner sees."""
 
-    Attributes:
-        time: s.
-        position: (2,) m; velocity: (2,) m/s.
-        covariance: (2, 2) of position and velocity along either axis.
-    """
+    def __init__(self) -> None:
+        self._tracker = Tracker()
 
-    time: float
-    position: Vector
-    velocity: Vector
-    covariance: FloatArray
+    def scan(self, scan: LaserScan, pose: Pose2, time: float) -> None:
+        """Take a scan, measured at `time` (s) from `pose` in the planning frame."""
+        place = np.array([pose.x, pose.y, pose.yaw])
+        self._tracker.update(Scan(time=time, ranges=scan.ranges, beams=scan.beams, pose=place))
 
-    @classmethod
-    def first(cls, time: float, position: Vector, noise: float) -> Motion:
-        """Someone new, measured with a standard deviation of `noise` m."""
-        return cls(time=time, position=position, velocity=np.zeros(2), covariance=np.diag([noise**2, _FIRST_SPEED**2]))
+    def people(self, people: People, pose: Pose2, time: float) -> None:
+        """Measured people are not looked at here."""
 
-    def at(self, time: float) -> Motion:
-        """Carried forward to `time` s."""
-        dt = max(time - self.time, 0.0)
-        move = np.array([[1.0, dt], [0.0, 1.0]])
-        noise = _WANDERING * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
-        return Motion(
-            time=max(time, self.time),
-            position=self.position + dt * self.velocity,
-            velocity=self.velocity,
-            covariance=move @ self.covariance @ move.T + noise,
-        )
+    def now(self, time: float) -> list[PersonObservation]:
+        """Return everyone, carried forward to `time` (s)."""
+        return self._tracker.people(time)
 
-    def measured(self, time: float, position: Vector, noise: float) -> Motion:
-        """After a measurement at `time` s; one that is older than the last is left out."""
-        if time < self.time:
-            return self
-        ahead = self.at(time)
-        gain = ahead.covariance[:, 0] / (ahead.covariance[0, 0] + noise**2)
-        surprise = position - ahead.position
-        return Motion(
-            time=time,
-            position=ahead.position + gain[0] * surprise,
-            velocity=ahead.velocity + gain[1] * surprise,
-            covariance=ahead.covariance - np.outer(gain, ahead.covariance[0]),
-        )
-
-    def observation(self, name: str) -> PersonObservation:
-        """What a planner is told."""
-        return PersonObservation(
-            id=name,
-            position=self.position,
-            velocity=self.velocity,
-            position_covariance=self.covariance[0, 0] * np.eye(2),
-            velocity_covariance=self.covariance[1, 1] * np.eye(2),
-        )
+    def clear(self) -> None:
+        """Forget everyone."""
+        self._tracker.reset()
 
 
 class MeasuredPeople:
@@ -83,52 +53,77 @@ class MeasuredPeople:
     """
 
     def __init__(self, *, noise: float, memory: float) -> None:
-        self._noise = max(noise, 1e-3)
+        self._variance = max(noise, 1e-3) ** 2
         self._memory = memory
-        self._people: dict[str, Motion] = {}
-        self._latest = -np.inf
-        self._names = 0
+        self._count = 0
+        self._names: dict[int, str] = {}
+        self.clear()
 
-    def people(self, people: People, pose: Pose2, time: float) -> None:
-        """Take measured people, given in a frame that lies at `pose`."""
-        if time < self._latest:
-            return
-        self._latest = time
-        positions = pose.apply(people.positions)
-        names = self._named(positions, time) if people.ids is None else list(people.ids)
-        for name, position in zip(names, positions, strict=True):
-            known = self._people.get(name)
-            self._people[name] = (
-                Motion.first(time, position, self._noise)
-                if known is None
-                else known.measured(time, position, self._noise)
-            )
-        self._people = {n: m for n, m in self._people.items() if time - m.time <= self._memory}
+    def clear(self) -> None:
+        """Forget everyone; numbers go on counting."""
+        self._tracks = TrackTable()
+        self._time = -math.inf
+        self._names.clear()
 
     def scan(self, scan: LaserScan, pose: Pose2, time: float) -> None:
         """Scans are not looked at here."""
 
+    def people(self, people: People, pose: Pose2, time: float) -> None:
+        """Take measured people, given in a frame that lies at `pose`; a message that is older than the last is late."""
+        if time < self._time:
+            return
+        positions = pose.apply(people.positions)
+        tracks = self._tracks
+        if len(tracks):
+            tracks.predict(time - self._time, _AGILITY)
+            tracks.unseen = tracks.unseen + (time - self._time)
+        self._time = time
+        rows = self._expected(positions) if people.ids is None else self._called(people.ids)
+        old = rows >= 0
+        count = int(old.sum())
+        tracks.correct(rows[old], positions[old], np.full(count, self._variance), np.zeros(count))
+        tracks.unseen[rows[old]] = 0.0
+        self._add(
+            positions[~old], None if people.ids is None else [n for n, o in zip(people.ids, old, strict=True) if not o]
+        )
+        tracks.keep(tracks.unseen <= self._memory)
+        self._names = {n: self._names[n] for n in tracks.number.tolist()}
+
     def now(self, time: float) -> list[PersonObservation]:
-        """Return those in the latest message, carried forward to `time`."""
-        return [m.at(time).observation(name) for name, m in self._people.items() if m.time >= self._latest]
+        """Return those in the latest message, carried forward to `time` (s)."""
+        later = replace(self._tracks)
+        if len(later):
+            later.predict(max(time - self._time, 0.0), _AGILITY)
+        return [
+            PersonObservation(
+                id=self._names[int(later.number[row])],
+                position=later.position[row],
+                velocity=later.velocity[row],
+                position_covariance=later.covariance[row, 0] * np.eye(2),
+                velocity_covariance=later.covariance[row, 2] * np.eye(2),
+            )
+            for row in np.flatnonzero(later.unseen == 0.0)
+        ]
 
-    def clear(self) -> None:
-        """Forget everyone."""
-        self._people.clear()
-        self._latest = -np.inf
+    def _called(self, names: tuple[str, ...]) -> IntArray:
+        """(P,) rows of those with these names, −1 for the new."""
+        rows = {self._names[n]: row for row, n in enumerate(self._tracks.number.tolist())}
+        return np.array([rows.get(name, -1) for name in names], dtype=np.int64)
 
-    def _named(self, positions: FloatArray, time: float) -> list[str]:
-        """Names for positions without any: of whoever was expected there, or new ones."""
-        known = list(self._people)
-        names = [""] * len(positions)
-        if known and len(positions):
-            expected = np.array([self._people[name].at(time).position for name in known])
-            apart = np.linalg.norm(expected[:, None] - positions[None], axis=2)
+    def _expected(self, positions: FloatArray) -> IntArray:
+        """(P,) rows of those who were expected there, −1 for the new."""
+        rows = np.full(len(positions), -1, dtype=np.int64)
+        if len(self._tracks) and len(positions):
+            apart = np.linalg.norm(self._tracks.position[:, None] - positions[None], axis=2)
             for i, j in zip(*linear_sum_assignment(np.minimum(apart, _FARTHEST)), strict=True):
                 if apart[i, j] < _FARTHEST:
-                    names[j] = known[i]
-        return [name or self._new_name() for name in names]
+                    rows[j] = i
+        return rows
 
-    def _new_name(self) -> str:
-        self._names += 1
-        return f"person {self._names}"
+    def _add(self, positions: FloatArray, names: list[str] | None) -> None:
+        count = len(positions)
+        numbers = self._count + 1 + np.arange(count, dtype=np.int64)
+        self._count += count
+        self._tracks.add(numbers, positions, np.full(count, self._variance), _FIRST_SPEED)
+        called = [str(n) for n in numbers] if names is None else names
+        self._names |= dict(zip(numbers.tolist(), called, strict=True))

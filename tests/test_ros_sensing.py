@@ -1,0 +1,105 @@
+"""People between messages: names that stay, velocities that come out right, nobody who lingers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sidestep.ros.geometry import Pose2
+from sidestep.ros.messages import LaserScan, People
+from sidestep.ros.sensing import MeasuredPeople, ScannedPeople
+from sidestep.simulation.gait import Gait
+from sidestep.simulation.lidar import Scanner
+from sidestep.simulation.scene import Scene, rectangle
+
+
+def seen(time: float, places, ids=None) -> People:
+    return People(time=time, frame="", ids=ids, positions=np.array(places, dtype=float).reshape(-1, 2))
+
+
+def walked(seconds: float = 3.0, noise: float = 0.02, shuffle: bool = True):
+    """Two people who cross each other's way, in messages without names and in any order."""
+    generator = np.random.default_rng(3)
+    eyes = MeasuredPeople(noise=noise, memory=1.0)
+    for time in np.arange(0.0, seconds, 0.1):
+        places = np.array([[time, 1.0], [3.0 - time, -1.0]]) + noise * generator.standard_normal((2, 2))
+        eyes.people(seen(time, places[::-1] if shuffle and generator.random() < 0.5 else places), Pose2(), time)
+    return eyes, time
+
+
+def test_people_without_names_keep_the_ones_they_get():
+    eyes, time = walked()
+    assert sorted(p.id for p in eyes.now(time)) == ["1", "2"]
+
+
+def test_velocities_and_the_way_forward():
+    eyes, time = walked()
+    upper = max(eyes.now(time + 0.3), key=lambda p: p.position[1])
+    assert upper.velocity == pytest.approx([1.0, 0.0], abs=0.3)
+    assert upper.position == pytest.approx([time + 0.3, 1.0], abs=0.1)
+    assert upper.position_covariance is not None
+    assert 0 < upper.position_covariance[0, 0] < 0.02
+
+
+def test_doubt_grows_with_the_age_of_the_message():
+    eyes, time = walked()
+    young, old = (eyes.now(time + ahead)[0].position_covariance[0, 0] for ahead in (0.0, 0.5))
+    assert old > 2 * young
+
+
+def test_names_that_come_with_the_message_are_kept():
+    eyes = MeasuredPeople(noise=0.02, memory=1.0)
+    eyes.people(seen(0.0, [[0, 0], [0.3, 0]], ("a", "b")), Pose2(), 0.0)
+    eyes.people(seen(0.1, [[0.3, 0], [0, 0]], ("a", "b")), Pose2(), 0.1)  # they have changed places: names decide
+    assert [p.id for p in eyes.now(0.1)] == ["a", "b"]
+    assert eyes.now(0.1)[0].position[0] > 0.2
+
+
+def test_whoever_is_not_in_the_latest_message_is_not_there():
+    eyes = MeasuredPeople(noise=0.02, memory=1.0)
+    eyes.people(seen(0.0, [[0, 0], [5, 5]]), Pose2(), 0.0)
+    eyes.people(seen(0.1, [[5, 5]]), Pose2(), 0.1)
+    assert [p.id for p in eyes.now(0.1)] == ["2"]
+    eyes.people(seen(0.2, [[5, 5], [0, 0]]), Pose2(), 0.2)
+    assert sorted(p.id for p in eyes.now(0.2)) == ["1", "2"]  # back within the memory
+    for time in (0.3, 2.0):
+        eyes.people(seen(time, []), Pose2(), time)
+        assert eyes.now(time) == []
+    eyes.people(seen(2.1, [[0, 0]]), Pose2(), 2.1)
+    assert [p.id for p in eyes.now(2.1)] == ["3"]
+
+
+def test_late_messages_change_nothing_and_frames_are_applied():
+    eyes = MeasuredPeople(noise=0.02, memory=1.0)
+    eyes.people(seen(1.0, [[1, 0]]), Pose2(2.0, 0.0, np.pi / 2), 1.0)
+    eyes.people(seen(0.5, [[9, 9]]), Pose2(), 0.5)
+    assert eyes.now(1.0)[0].position == pytest.approx([2.0, 1.0])
+
+
+def test_nothing_is_kept_of_people_who_came_and_went():
+    eyes = MeasuredPeople(noise=0.02, memory=0.5)
+    for k in range(2000):
+        time = 0.1 * k
+        eyes.people(seen(time, [[100.0 * k, 0.0]], (f"n{k}",)), Pose2(), time)
+    assert len(eyes._names) <= 7
+    assert len(eyes.now(time)) == 1
+
+
+def test_legs_in_scans_become_a_person_seen_from_a_moving_robot():
+    scanner, generator, gait = Scanner(), np.random.default_rng(5), Gait()
+    room = Scene(polygons=(rectangle((0.0, 0.0), (12.0, 12.0)),), cylinders=np.zeros((0, 3)))
+    eyes, phase = ScannedPeople(), 0.0
+    for k in range(30):
+        time = 0.1 * k
+        person = np.array([2.5, -1.5 + time])
+        phase = gait.advance(phase, 1.0, 0.1)
+        legs = gait.legs(person, np.array([0.0, 1.0]), np.pi / 2, phase)
+        pose = Pose2(0.3 * time, 0.0, 0.0)
+        scan, _ = scanner.sense(room, legs, np.array([pose.x, 0, 0]), np.array([0.3, 0, 0]), time, generator)
+        eyes.scan(LaserScan(time=time, frame="laser", beams=scan.beams, ranges=scan.ranges), pose, time)
+    found = eyes.now(time)
+    assert len(found) == 1
+    assert found[0].position == pytest.approx(person, abs=0.25)
+    assert found[0].velocity == pytest.approx([0.0, 1.0], abs=0.4)
+    eyes.clear()
+    assert eyes.now(time) == []
