@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from sidestep._kernels import search as kernel
 from sidestep.obstacles import Obstacles
-from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.problem import LAG, PlanningProblem
 from sidestep.planning.search import lattice_taps, resolution, search
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
@@ -221,12 +221,16 @@ def test_cells_rule_keeps_off_every_cell_above_the_threshold():
 
 
 def test_acceleration_limits_the_first_action():
-    given_ = problem(velocity=np.array([0.0, 0.5]), max_acceleration=0.8, control_interval=0.5)
+    given_ = problem(velocity=np.array([0.0, 0.5]), max_acceleration=0.8)
     found = search(given_)
     first = (found.path[1] - found.path[0]) / 0.5
-    assert np.linalg.norm(first - [0.0, 0.5]) <= 0.4 + 1e-9
-    impossible = search(replace(given_, velocity=np.array([5.0, 0.0])))  # braking as hard as the lattice allows
-    assert impossible.path[1] == pytest.approx([0.5, 0.0])
+    assert np.linalg.norm(first - [0.0, 0.5]) <= given_.largest_change + 1e-9
+    assert given_.largest_change**2 / (2 * 0.8) <= LAG + 1e-12
+    assert given_.allows(found.path)
+    too_fast = search(replace(given_, velocity=np.array([5.0, 0.0])))  # back into the speed limit, nothing else
+    assert too_fast.path[1] == pytest.approx([0.5, 0.0])
+    hardly = search(replace(given_, velocity=np.array([0.13, 0.12]), max_acceleration=0.01))
+    assert (hardly.path[1] - hardly.path[0]) / 0.5 == pytest.approx([0.2, 0.2])  # the nearest action there is
 
 
 def test_first_step_limit_forbids_actions_that_sweep_too_close():

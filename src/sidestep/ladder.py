@@ -111,6 +111,5 @@ def _least_risk(now: Situation, seen: Forecast, best: Outcome | None) -> Outcome
 def _price(now: Situation, outcome: Outcome) -> float:
     """What a motion costs where no risk is forbidden and all of it is charged."""
     problem = replace(now.problem_under(outcome.foreseen), graded=True)
-    first = np.diff(outcome.path[:2], axis=0) / problem.time_step
-    price = problem.cost(outcome.path, outcome.risk) + float(problem.first_step_costs(first)[0])
+    price = problem.cost(outcome.path, outcome.risk)
     return price if np.isfinite(price) else np.inf

@@ -23,7 +23,8 @@ class RobotState:
     Attributes:
         position: (d,) m.
         heading: rad, counter-clockwise from the x axis; needed by `DifferentialDrive`.
-        velocity: (d,) m/s, or None when unknown; used where acceleration is limited.
+        velocity: (d,) m/s, or None when unknown; used where acceleration is limited. For `DifferentialDrive` that of its
+            reference, or of the axle: what points across the heading is taken to come from turning.
     """
 
     position: Vector
@@ -188,7 +189,7 @@ class DifferentialDrive:
         return state.position + self.offset * _direction(_heading(state))
 
     def reference_velocity(self, state: RobotState) -> Vector | None:
-        """Return the (2,) m/s velocity of the reference as far as known: the axle's, without the turning part."""
+        """Return the (2,) m/s velocity of the reference, None when unknown."""
         return state.velocity
 
     def limited(self, velocity: VectorLike) -> Vector:
@@ -216,45 +217,51 @@ class DifferentialDrive:
         excess = max(abs(v) / self.max_speed, abs(turn) / self.max_turn_rate, 1.0)
         return np.array([v / excess, turn / excess])
 
-    def executed(
-        self, command: VectorLike, state: RobotState, dt: float, *, before: VectorLike | None = None
-    ) -> RobotState:
+    def executed(self, command: VectorLike, state: RobotState, dt: float) -> RobotState:
         """Return the state after (v, ω) was held for `dt` s: an exact arc.
 
         Args:
-            command: (v, ω), scaled into the limits.
-            state: with heading; dt: s.
-            before: (v, ω) so far, from which limited accelerations lead to the command; None: no such limit.
+            command: (v, ω), scaled into the limits; where accelerations are limited and `state.velocity` is known, into
+                what they leave.
+            state: with heading.
+            dt: s.
         """
         v, turn = (float(x) for x in command)
         excess = max(abs(v) / self.max_speed, abs(turn) / self.max_turn_rate, 1.0)
         v, turn = v / excess, turn / excess
-        if before is not None:
-            v, turn = self._ramped((v, turn), (float(before[0]), float(before[1])), dt)
         heading = _heading(state)
+        if state.velocity is not None:
+            v, turn = self._ramped((v, turn), self._twist(state), dt)
+        end = heading + turn * dt
         if abs(turn * dt) < 1e-9:
             shift = v * dt * _direction(heading + 0.5 * turn * dt)
         else:
-            after = heading + turn * dt
-            radius = v / turn
-            shift = radius * np.array([math.sin(after) - math.sin(heading), math.cos(heading) - math.cos(after)])
-        end = heading + turn * dt
-        return RobotState(position=state.position + shift, heading=end, velocity=v * _direction(end))
+            turned = np.array([math.sin(end) - math.sin(heading), math.cos(heading) - math.cos(end)])
+            shift = v / turn * turned
+        velocity = v * _direction(end) + turn * self.offset * _direction(end + 0.5 * math.pi)
+        return RobotState(position=state.position + shift, heading=end, velocity=velocity)
 
     def follow(self, velocity: VectorLike, state: RobotState, dt: float) -> RobotState:
-        """Return the state after the base's own loop followed a planned velocity (2,) m/s of the reference for `dt` s."""
+        """Return the state after the base's own loop made the reference follow a velocity (2,) m/s for `dt` s.
+
+        Every `control_period` the loop aims at where the reference should be at the end of the period.
+        """
         u = self.limited(velocity)
         target = self.reference(state)
-        before = None if state.velocity is None else np.array([_direction(_heading(state)) @ state.velocity, 0.0])
         periods = max(1, math.ceil(dt / self.control_period - 1e-9))
         step = dt / periods
         for _ in range(periods):
             target = target + u * step
             command = self.command((target - self.reference(state)) / step, state, hold=step)
-            limited = self.max_acceleration is not None or self.max_turn_acceleration is not None
-            state = self.executed(command, state, step, before=before if limited else None)
-            before = command
+            state = self.executed(command, state, step)
         return state
+
+    def _twist(self, state: RobotState) -> tuple[float, float]:
+        """(v, ω) that the state's velocity tells of."""
+        assert state.velocity is not None
+        heading = _heading(state)
+        across = float(_direction(heading + 0.5 * math.pi) @ state.velocity)
+        return float(_direction(heading) @ state.velocity), across / self.offset
 
     def _ramped(self, wanted: tuple[float, float], before: tuple[float, float], dt: float) -> tuple[float, float]:
         """(v, ω) that the limits on acceleration leave after `dt` s, the direction of the change kept."""

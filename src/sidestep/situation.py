@@ -104,7 +104,6 @@ class Situation:
             distance_to_goal=self.field,
             velocity=robot.reference_velocity(self.state),
             max_acceleration=robot.planning_acceleration,
-            control_interval=self.around.interval,
             resolution=settings.search_resolution,
             wish=self.wish,
             wish_weight=0.0 if self.wish is None else _WISH * self.around.horizon,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -78,6 +79,10 @@ def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> Path | N
     P[np.diag_indices(steps * d)] += curvature.ravel() + 1e-9
     c = slope - curvature * path[1:]
     c[0] -= pull * effort * path[0]
+    if problem.wish is not None:
+        bend = 2.0 * problem.wish_weight / problem.time_step**2
+        P[np.arange(d), np.arange(d)] += bend
+        c[0] -= bend * (path[0] + problem.wish * problem.time_step)
     rows, bounds, gradient = _surroundings(problem, path, maps)
     c += gradient
     speed_rows, speed_bounds = _speed_rows(problem, path, maps.spacing)
@@ -248,10 +253,9 @@ def _chords(moves: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
 def _box(problem: PlanningProblem, path: Path, spacing: float) -> tuple[FloatArray, FloatArray]:
     """Bounds of the trust region, with the first action's acceleration."""
     low, high = path[1:] - spacing, path[1:] + spacing
-    if problem.max_acceleration is not None and problem.velocity is not None:
-        interval = problem.time_step if problem.control_interval is None else problem.control_interval
-        change = problem.max_acceleration * interval / np.sqrt(path.shape[1])
+    if problem.velocity is not None and problem.largest_change < math.inf:
+        change = problem.largest_change * problem.time_step / math.sqrt(path.shape[1])
         middle = path[0] + problem.velocity * problem.time_step
-        low[0] = np.minimum(np.maximum(low[0], middle - change * problem.time_step), path[1])
-        high[0] = np.maximum(np.minimum(high[0], middle + change * problem.time_step), path[1])
+        low[0] = np.minimum(np.maximum(low[0], middle - change), path[1])
+        high[0] = np.maximum(np.minimum(high[0], middle + change), path[1])
     return low.ravel(), high.ravel()

@@ -10,6 +10,7 @@ refined = polish(problem, found)                                       # .path, 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,6 +21,10 @@ from sidestep.planning.geodesic import DistanceField
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.types import FloatArray, Path, RiskRule, Vector
+
+
+LAG = 0.05
+"""m, how far a base of limited acceleration may lag behind its plan."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,8 +49,7 @@ class PlanningProblem:
         obstacles: walls, or None; margin: m, to be kept from them.
         distance_to_goal: walking distance around walls; replaces the straight line in the goal cost "distance" and,
             squared, in "squared" (θ5 of the first axis then counts for all).
-        velocity: (d,) m/s now, and max_acceleration: m/s²; both are needed to limit the first action.
-        control_interval: s until the next call (what the first action's acceleration has time for).
+        velocity: (d,) m/s now, and max_acceleration: m/s²; both are needed to limit the first action (see `LAG`).
         resolution: K, largest tap of the search; None: by the budget.
         wish: (d,) m/s, a first velocity that somebody else asks for, or None; wish_weight: cost per m²/s² off it.
     """
@@ -73,7 +77,6 @@ class PlanningProblem:
     distance_to_goal: DistanceField | None = None
     velocity: Vector | None = None
     max_acceleration: float | None = None
-    control_interval: float | None = None
     resolution: int | None = None
     wish: Vector | None = None
     wish_weight: float = 0.0
@@ -111,7 +114,7 @@ class PlanningProblem:
         return self.people.along(path)
 
     def cost(self, path: Path, risk: FloatArray | None = None) -> float:
-        """Return the objective of `path` (N+1, d) m, soft risk included (and the steep part where graded).
+        """Return the objective of `path` (N+1, d) m, soft risk included (graded: the steep part and the first step too).
 
         Args:
             path: m. risk: (2N,) along it, if known.
@@ -120,6 +123,8 @@ class PlanningProblem:
         velocities = np.diff(path, axis=0) / self.time_step
         total = goal.sum() + self.terminal_weight * goal[-1] + self.effort_costs(velocities).sum()
         total += self.wish_costs(velocities[:1])[0]
+        if self.graded:
+            total += self.first_step_costs(velocities[:1])[0]
         if self.people is None or (self.soft_risk_weight == 0 and not self.graded):
             return float(total)
         seen = self.risk_along(path) if risk is None else risk
@@ -131,18 +136,29 @@ class PlanningProblem:
         standing = np.repeat(np.all(velocities == 0.0, axis=1), 2)
         return float(total + np.where(standing, self.standing_share, 1.0) @ charged)
 
+    @property
+    def largest_change(self) -> float:
+        """m/s by which the first action may differ from the present velocity; inf without a limit.
+
+        A base that ramps its velocity at the limit lags behind the planned step by change²/(2·acceleration) ≤ `LAG`.
+        From outside the speed limit, the way back into it is always allowed.
+        """
+        if self.max_acceleration is None or self.velocity is None:
+            return math.inf
+        excess = np.abs(self.velocity) if self.shape == "box" else np.sqrt(np.square(self.velocity).sum(keepdims=True))
+        outside = float(np.sqrt(np.square(np.maximum(excess - self.max_speed, 0.0)).sum()))
+        return max(outside, min(self.max_acceleration * self.time_step, math.sqrt(2.0 * self.max_acceleration * LAG)))
+
     def first_step_costs(self, velocities: FloatArray) -> FloatArray:
         """Return (M,) what each first action costs beyond its effort; inf where it is not admissible.
 
         Judged are the acceleration, the risk until the next call and the walls along the first step.
         """
         out = np.zeros(len(velocities))
-        if self.max_acceleration is not None and self.velocity is not None:
-            interval = self.time_step if self.control_interval is None else self.control_interval
-            change = np.linalg.norm(velocities - self.velocity, axis=1)
-            allowed = self.max_acceleration * interval * (1 + 1e-9)
-            nearest = change.min()
-            out[change > max(allowed, nearest)] = np.inf
+        change = self.largest_change
+        if self.velocity is not None and change < math.inf:
+            size = np.sqrt(np.square(velocities - self.velocity).sum(axis=1))
+            out[size > change * (1 + 1e-6) + 1e-9] = np.inf
         if self.first_step is not None:
             out += self.first_step.costs(self.start, velocities, graded=self.graded, steep=self.steep_risk_weight)
         if self.obstacles is not None:

@@ -118,7 +118,7 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
         (np.arange(3) >= 3 - problem.dimension).astype(np.int64),
         taps,
         problem.effort_costs(velocities).astype(np.float32),
-        (problem.first_step_costs(velocities) + problem.wish_costs(velocities)).astype(np.float32),
+        _first_costs(problem, velocities),
         maps.stage,
         maps.terminal,
         maps.blocked,
@@ -138,6 +138,17 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
     risk = problem.risk_along(path)
     cost = problem.cost(path, risk) if feasible else math.inf
     return SearchResult(path=path, feasible=feasible, cost=cost, risk=risk, maps=maps)
+
+
+def _first_costs(problem: PlanningProblem, velocities: FloatArray) -> NDArray[np.float32]:
+    """What each tap costs at the first step; where acceleration leaves no tap, the one nearest to what it leaves."""
+    costs = problem.first_step_costs(velocities) + problem.wish_costs(velocities)
+    if problem.velocity is not None and problem.largest_change < math.inf and not np.isfinite(costs).any():
+        free = replace(problem, max_acceleration=None).first_step_costs(velocities) + problem.wish_costs(velocities)
+        change = np.where(np.isfinite(free), np.square(velocities - problem.velocity).sum(axis=1), np.inf)
+        nearest = int(change.argmin())
+        costs[nearest] = free[nearest]
+    return costs.astype(np.float32)
 
 
 def prepare(problem: PlanningProblem) -> SearchMaps:
