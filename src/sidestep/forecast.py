@@ -200,6 +200,7 @@ def person_plan(mind: Mind, seen: Forecast) -> PersonPlan:
         randomness=mind.randomness,
         position=mind.position,
         velocity=mind.velocity,
+        spread=mind.spread(around.time_step * np.arange(around.horizon + 1.0)),
     )
 
 

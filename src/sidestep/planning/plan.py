@@ -28,6 +28,8 @@ class PersonPlan:
         goals: candidate goals as text → probability.
         randomness: ω used for this prediction.
         position: (d,) m, filtered; velocity: (d,) m/s, filtered.
+        spread: (C,) weights and (N+1, C) m standard deviations of the Gaussians around every cell, by which density is
+            read off `occupancy` at k = 0..N (steadiness, method §8); None: none.
     """
 
     belief: float
@@ -37,6 +39,7 @@ class PersonPlan:
     randomness: float
     position: Vector
     velocity: Vector
+    spread: tuple[FloatArray, FloatArray] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
