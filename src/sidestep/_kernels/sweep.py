@@ -103,19 +103,17 @@ def _lower_layer(
     goal: Values,
     goal_row: int,
     goal_step: int,
-    scalars: Values,
     perils: Values,
     peril_row: int,
     peril_step: int,
-    factors: Values,
-    line: Values,
+    lines: Values,
     target: Values,
 ) -> None:
     """One layer (axes 1 and 2) of a stage: target[i, c] = stage cost + min over both components of the action.
 
     Rows first ≤ i < last, columns start ≤ c < stop. The source's rows differ by `shift` from the target's. `across` False: there is
-    no axis 1. Row i of the goal's and the danger's terms is goal_row + goal_step·(i − first), peril_row likewise; scalars[i − first]
-    and factors[i − first] come with it. j = M: the stage cost alone.
+    no axis 1. Row i of the goal's and the danger's terms is goal_row + goal_step·(i − first), peril_row likewise; to the goal's it adds
+    lines[1, i − first], the danger's it multiplies by lines[2, i − first]. j = M: the stage cost alone. lines[0] is scratch.
     """
     count = taps.shape[2]
     reach, begin, end = np.uintp(count // 2), np.uintp(start), np.uintp(stop)
@@ -129,7 +127,7 @@ def _lower_layer(
     for i in range(first, last):
         t, low = np.uintp(i), np.uintp(i - shift - (count // 2 if across else 0))
         h, g = np.uintp(goal_row + goal_step * (i - first)), np.uintp(peril_row + peril_step * (i - first))
-        scalar, factor = scalars[i - first], factors[i - first]
+        scalar, factor = lines[1, i - first], lines[2, i - first]
         if not ahead:
             for c in range(begin, end):
                 target[t, c] = (scalar + goal[h, c]) + factor * perils[g, c]
@@ -145,23 +143,23 @@ def _lower_layer(
                 a = a if a < b else b
                 e = e if e < f else f
                 a = a if a < e else e
-                line[zero, c] = a if a < q else q
+                lines[zero, c] = a if a < q else q
         elif across:
             for u in range(count):
                 tap, row = taps[k, 1, u], low + np.uintp(u)
                 for c in range(begin - reach, end + reach):
                     q = tap + source[row, c]
-                    line[zero, c] = q if u == 0 or q < line[zero, c] else line[zero, c]
+                    lines[zero, c] = q if u == 0 or q < lines[zero, c] else lines[zero, c]
         else:
             for c in range(begin - reach, end + reach):
-                line[zero, c] = source[low, c]
+                lines[zero, c] = source[low, c]
         if five:
             for c in range(begin, end):
-                a = s0 + line[zero, c - two]
-                b = s1 + line[zero, c - one]
-                e = s2 + line[zero, c]
-                f = s3 + line[zero, c + one]
-                q = s4 + line[zero, c + two]
+                a = s0 + lines[zero, c - two]
+                b = s1 + lines[zero, c - one]
+                e = s2 + lines[zero, c]
+                f = s3 + lines[zero, c + one]
+                q = s4 + lines[zero, c + two]
                 a = a if a < b else b
                 e = e if e < f else f
                 a = a if a < e else e
@@ -169,76 +167,11 @@ def _lower_layer(
                 target[t, c] = (scalar + goal[h, c]) + factor * perils[g, c] + a
             continue
         for c in range(begin, end):
-            best = s0 + line[zero, c - reach]
+            best = s0 + lines[zero, c - reach]
             for u in range(np.uintp(1), np.uintp(count)):
-                q = taps[k, 2, u] + line[zero, c - reach + u]
+                q = taps[k, 2, u] + lines[zero, c - reach + u]
                 best = q if q < best else best
             target[t, c] = (scalar + goal[h, c]) + factor * perils[g, c] + best
-
-
-@njit(cache=True, nogil=True)
-def _stage(
-    costs: CostTables,
-    instant: int,
-    danger: bool,
-    taps: Values,
-    j: int,
-    radius: int,
-    centre: int,
-    dimension: int,
-    source: Values,
-    target: Values,
-    plane: Values,
-    lines: Values,
-) -> None:
-    """target(x) = c(x) + min_u (taps[j](u) + source(x + u)) on the box of `radius`, one min-plus pass per axis.
-
-    Beyond the last action, j = M: target(x) = c(x).
-    """
-    reach = taps.shape[2] // 2
-    rows = row_count(centre, dimension)
-    c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    start, stop = centre - radius, centre + radius + 1
-    goal_axes, danger_axes, scalars, factors = costs.goal_axes, costs.danger_axes, lines[1], lines[2]
-    goal_by_table, danger_by_table = costs.goal_table.size > 0, danger and costs.danger_table.size > 0
-    goal = costs.goal_table if goal_by_table else goal_axes
-    perils = goal_axes
-    if danger:
-        perils = costs.danger_table if danger_by_table else danger_axes
-    for i0 in range(c0 - b0, c0 + b0 + 1):
-        for n in range(2 * b1 + 1):
-            scalars[n], factors[n] = 0.0, 0.0
-            if not goal_by_table:
-                scalars[n] = goal_axes[0, i0] + goal_axes[1, c1 - b1 + n]
-            if danger_by_table:
-                factors[n] = 1.0
-            elif danger:
-                factors[n] = danger_axes[3 * instant, i0] * danger_axes[3 * instant + 1, c1 - b1 + n]
-        first = i0 * rows + c1 - b1
-        goal_row = first if goal_by_table else 2
-        peril_row = 3 * instant + 2 if danger else 2
-        if danger_by_table:
-            peril_row = instant * (2 * c0 + 1) * rows + first
-        layer, shift = source, 0
-        if dimension == 3 and j < taps.shape[0]:
-            _lower_rows(
-                source,
-                rows,
-                first - reach,
-                first + 2 * b1 + 1 + reach,
-                start - reach,
-                stop + reach,
-                taps,
-                j,
-                plane,
-                i0 * rows,
-            )
-            layer, shift = plane, i0 * rows
-        _lower_layer(
-            layer, shift, first, first + 2 * b1 + 1, start, stop, taps, j, dimension >= 2, goal, goal_row,
-            1 if goal_by_table else 0, scalars, perils, peril_row, 1 if danger_by_table else 0, factors, lines, target,
-        )  # fmt: skip
 
 
 @njit(cache=True, nogil=True)
@@ -257,6 +190,8 @@ def sweep(
 ) -> Values:
     """C(x) = c_1(x) + V_1(x), the cost of arriving at x with the first action, on the box of `radius` + reach.
 
+    Stage j = M..1 lowers the values of stage j + 1, one min-plus pass per axis, and adds its own cost.
+
     Args:
         costs: stage costs; instant `first_instant + j − 1` of the danger belongs to stage j = 1..M.
         first_instant: index of the robot's position at the first charged instant.
@@ -273,11 +208,41 @@ def sweep(
     Returns:
         the scratch array that holds C.
     """
-    reach = taps.shape[2] // 2
-    steps = taps.shape[0]
+    steps, reach = taps.shape[0], taps.shape[2] // 2
+    rows = row_count(centre, dimension)
+    c0, c1 = axis_radius(centre, dimension)
+    r0, r1 = axis_radius(reach, dimension)
+    goal_axes, danger_axes = costs.goal_axes, costs.danger_axes
+    goal_by_table, danger_by_table = costs.goal_table.size > 0, danger and costs.danger_table.size > 0
+    goal = costs.goal_table if goal_by_table else goal_axes
+    perils = goal_axes
+    if danger:
+        perils = costs.danger_table if danger_by_table else danger_axes
     source, target = odd, even
     for j in range(steps, 0, -1):
         source, target = target, source
-        box = radius + reach * j
-        _stage(costs, first_instant + j - 1, danger, taps, j, box, centre, dimension, source, target, plane, lines)
+        instant, box = first_instant + j - 1, radius + reach * j
+        b0, b1 = axis_radius(box, dimension)
+        for i0 in range(c0 - b0, c0 + b0 + 1):
+            for n in range(2 * b1 + 1):
+                lines[1, n] = 0.0 if goal_by_table else goal_axes[0, i0] + goal_axes[1, c1 - b1 + n]
+                lines[2, n] = 1.0 if danger_by_table else 0.0
+                if danger and not danger_by_table:
+                    lines[2, n] = danger_axes[3 * instant, i0] * danger_axes[3 * instant + 1, c1 - b1 + n]
+            first, last = i0 * rows + c1 - b1, i0 * rows + c1 + b1 + 1
+            peril_row = 3 * instant + 2 if danger else 2
+            if danger_by_table:
+                peril_row = instant * (2 * c0 + 1) * rows + first
+            layer, shift = source, 0
+            if dimension == 3 and j < steps:
+                _lower_rows(
+                    source, rows, first - r1, last + r1, centre - box - reach, centre + box + 1 + reach, taps, j, plane,
+                    i0 * rows,
+                )  # fmt: skip
+                layer, shift = plane, i0 * rows
+            _lower_layer(
+                layer, shift, first, last, centre - box, centre + box + 1, taps, j, dimension >= 2, goal,
+                first if goal_by_table else 2, 1 if goal_by_table else 0, perils, peril_row,
+                1 if danger_by_table else 0, lines, target,
+            )  # fmt: skip
     return target

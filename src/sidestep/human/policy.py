@@ -12,18 +12,19 @@ itself is taken. So β = 0 and β = 1 agree exactly where the robot does not mat
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep._kernels.push_horizon import Policy
 from sidestep._kernels.sweep import CostTables, Values, sweep
+from sidestep._kernels.sweep_choices import WORD, Choices, ValueScratch, choose, mark_admissible
 from sidestep._kernels.sweep_tables import axis_policies
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import CostGrid, action_costs, danger_terms, embedded_path, intended_multiples, stage_costs
 from sidestep.human.goals import DirectionGoal, Goal, StandGoal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
-from sidestep.types import BoolArray, FloatArray
+from sidestep.types import BoolArray, FloatArray, IntArray
 
 TIE = 1e-6
 """Relative; costs this close are tied (float64 values)."""
@@ -98,6 +99,74 @@ def constant_tables(rows: FloatArray, width: int) -> FloatArray:
     return np.repeat(rows.reshape(-1, 1), width, axis=1)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalPolicy:
+    """What a person with one goal would do, ready to be swept.
+
+    Attributes:
+        grid: cells and stages.
+        costs: stage costs on it.
+        taps: (M, 3, T) cost of the components of the M actions ahead.
+        mixture: (3, T, T) what a chosen component stands for.
+        tables: (3·T, 2·radius + 1) undisturbed P_d per axis where it is separable; size 0 where it is not.
+        differs: (N,) False where the danger provably changes no action of policy k.
+        free: grid.shape, or size 0.
+        rationality: of Eq. 5.
+    """
+
+    grid: CostGrid
+    costs: CostTables
+    taps: Values
+    mixture: FloatArray
+    tables: FloatArray
+    differs: BoolArray
+    free: BoolArray
+    rationality: float
+
+    def concerned(self, first: int, last: int, lead: int, scratch: ValueScratch) -> Choices:
+        """Sweep the policies first ≤ k < last of the person who minds the robot, each for the cells that can be reached by then."""
+        radii = self.grid.reach * np.arange(len(self.differs))
+        sizes = np.where(self.differs, (2 * radii + 1) ** self.grid.dimension, 0)
+        sizes[:first] = 0
+        sizes[last:] = 0
+        ends = np.cumsum(sizes)
+        choices = self._no_choices(radii, ends - sizes, int(ends[-1]))
+        self._choose(True, lead, first, last, self.differs, scratch, choices)
+        return choices
+
+    def undisturbed(self, radius: int, scratch: ValueScratch) -> Choices:
+        """Sweep the one policy of the person who does not mind the robot, where it is not separable."""
+        horizon = len(self.differs)
+        offsets = np.zeros(horizon, np.int64)
+        if self.tables.size > 0:
+            return self._no_choices(offsets, offsets, 0)
+        radii = np.full(horizon, radius)
+        choices = self._no_choices(radii, offsets, (2 * radius + 1) ** self.grid.dimension)
+        self._choose(False, 0, 0, 1, np.ones(1, np.bool_), scratch, choices)
+        return choices
+
+    def _no_choices(self, radii: IntArray, offsets: IntArray, cells: int) -> Choices:
+        actions = (2 * self.grid.reach + 1) ** self.grid.dimension
+        words = -(-actions // WORD)
+        if math.isfinite(self.rationality):
+            return Choices(radii, offsets, words, np.zeros((words, 0), np.int64), np.zeros((actions, cells)))
+        layers = 1 if self.free.size == 0 or _is_identity(self.mixture) else 2
+        return Choices(radii, offsets, words, np.zeros((layers * words, cells), np.int64), np.zeros((0, 0)))
+
+    def _choose(
+        self, danger: bool, lead: int, first: int, last: int, wanted: BoolArray, scratch: ValueScratch, choices: Choices
+    ) -> None:
+        grid = self.grid
+        choose(
+            self.costs, self.taps, danger, lead, first, last, wanted, grid.centre, grid.dimension, tolerance(grid),
+            self.rationality, self.free, self.mixture, scratch, choices,
+        )  # fmt: skip
+
+
+def _is_identity(mixture: FloatArray) -> bool:
+    return bool(np.all(np.diagonal(mixture, axis1=1, axis2=2) == 1.0))
+
+
 def policy_of(
     model: HumanModel,
     goal: Goal,
@@ -106,9 +175,8 @@ def policy_of(
     bounds: FloatArray,
     free: BoolArray | None,
     radius: int,
-    lead: int,
-) -> Policy:
-    """Everything that the kernels need to follow one goal (`static` is left empty where it is to be swept).
+) -> GoalPolicy:
+    """Lay out everything that a sweep for one goal needs.
 
     Args:
         model: how the person decides.
@@ -118,12 +186,10 @@ def policy_of(
         bounds: (N,) most that the danger can add to any cost of policy k.
         free: grid.shape, or None.
         radius: cells a person can be in when they choose.
-        lead: from `look_ahead`.
     """
     taps = action_costs(model, goal, grid)
     costs = stage_costs(model, goal, grid, danger, free)
     mixture, margin = mixtures(model, goal, grid, taps)
-    tables = undisturbed_tables(model, goal, grid, taps, costs, mixture, radius)
     differs = bounds > 0
     if isinstance(goal, StandGoal):
         differs = np.zeros(len(bounds), np.bool_)
@@ -131,8 +197,36 @@ def policy_of(
         # Danger ≥ 0: the undisturbed choice costs at most `bounds` more, every other at least `margin` more than it did.
         best = float(taps.min(axis=2).sum())
         differs = bounds >= margin - 10 * tolerance(grid) * (best + margin)
-    used = tables.any(axis=1).astype(np.float64)
-    return Policy(costs, taps, mixture, tables, used, np.zeros((0, 0), grid.dtype), differs, lead)
+    return GoalPolicy(
+        grid=grid,
+        costs=costs,
+        taps=taps,
+        mixture=mixture,
+        tables=undisturbed_tables(model, goal, grid, taps, costs, mixture, radius),
+        differs=differs,
+        free=np.zeros((0, 0), np.bool_) if free is None else free,
+        rationality=float(model.rationality),
+    )
+
+
+def admissible_actions(grid: CostGrid, free: BoolArray | None, horizon: int) -> Choices:
+    """Return the choices of a person among walls who acts at random; empty if there are none."""
+    radius = grid.reach * (horizon - 1)
+    actions = (2 * grid.reach + 1) ** grid.dimension
+    words = -(-actions // WORD)
+    cells = 0 if free is None else (2 * radius + 1) ** grid.dimension
+    masks = np.zeros((words, cells), np.int64)
+    if free is not None:
+        mark_admissible(free, grid.centre, grid.dimension, grid.reach, radius, masks)
+    return Choices(np.full(horizon, radius), np.zeros(horizon, np.int64), words, masks, np.zeros((0, 0)))
+
+
+def value_scratch(grid: CostGrid) -> ValueScratch:
+    """Return arrays for sweeps on `grid`."""
+    rows, columns = grid.shape
+    plane = np.zeros((columns if grid.dimension == 3 else 0, columns), grid.dtype)
+    even, odd = np.zeros((rows, columns), grid.dtype), np.zeros((rows, columns), grid.dtype)
+    return ValueScratch(even, odd, plane, np.zeros((3, columns), grid.dtype))
 
 
 def action_values(
@@ -178,22 +272,19 @@ def action_values(
     danger = danger_terms(model, path, np.full(len(path), grid.centre), grid)
     taps = action_costs(model, goal, grid)
     costs = stage_costs(model, goal, grid, danger, embedded_free(free, grid))
-    scratch = [np.zeros(grid.shape) for _ in range(3)]
-    lines = np.zeros((3, grid.shape[1]))
-    arrive = sweep(costs, lead, bool(awareness), taps, lattice.radius, grid.centre, d, *scratch, lines)
+    arrive = sweep(costs, lead, bool(awareness), taps, lattice.radius, grid.centre, d, *value_scratch(grid))
     return _first_actions(arrive, taps[0], lattice, reach, grid.centre)
 
 
 def _first_actions(arrive: Values, taps: Values, lattice: Lattice, reach: int, centre: int) -> FloatArray:
-    d, width = lattice.dimension, lattice.width
+    d = lattice.dimension
     cells = arrive.reshape((2 * centre + 1,) * d)
-    count = 2 * reach + 1
-    values = np.empty((*lattice.shape, count**d))
-    for index, action in enumerate(np.ndindex(*([count] * d))):
-        start = [centre - lattice.radius + m - reach for m in action]
-        box = cells[tuple(slice(s, s + width) for s in start)]
-        values[..., index] = box + sum(taps[3 - d + a, m] for a, m in enumerate(action))
-    return values
+    first, last = centre - lattice.radius - reach, centre + lattice.radius + reach
+    windows = sliding_window_view(
+        cells[(slice(first, last + 1),) * d], (2 * reach + 1,) * d
+    )  # what each action leads to
+    effort = reduce(np.add.outer, taps[3 - d :])
+    return (windows + effort).reshape(*lattice.shape, -1)
 
 
 def embedded_free(free: BoolArray | None, grid: CostGrid) -> BoolArray | None:

@@ -1,0 +1,248 @@
+"""From values to choices: which first actions are best in every cell, policy by policy (Eqs. 2 and 5).
+
+Choices are bits: action a of a cell is bit a mod 62 of the word in row a // 62 of `masks` (words, cells). The cells of policy
+k are a dense box of radius radii[k], beginning at column offsets[k], the last axis fastest. Values may be float32; what is
+done with the choices afterwards is the same for both.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from sidestep._kernels.sweep import CostTables, Values, axis_radius, row_count, sweep
+from sidestep.types import BoolArray, FloatArray, IntArray
+
+WORD = 62
+"""Actions per word of a mask."""
+
+
+class Choices(NamedTuple):
+    """Deliberate actions of every policy.
+
+    Attributes:
+        radii: (N,) cells; radius of the box of policy k.
+        offsets: (N,) column where it begins.
+        words: rows of `masks` that hold all actions once.
+        masks: (words or 2·words, cells) bits of the minimisers. The first words are replaced by what they stand for (`mixture`); the
+            others, where there are any, stand for themselves because their mixture would lead into a wall.
+        odds: (n, cells) probabilities of a finite rationality, `masks` not being used; or size 0.
+    """
+
+    radii: IntArray
+    offsets: IntArray
+    words: int
+    masks: IntArray
+    odds: FloatArray
+
+
+class ValueScratch(NamedTuple):
+    """Arrays that sweeps write to: even and odd (rows, C), plane (R, C), lines (3, C)."""
+
+    even: Values
+    odd: Values
+    plane: Values
+    lines: Values
+
+
+@njit(cache=True, nogil=True)
+def _mark_row(
+    cost: Values, first: int, stride: int, start: int, width: int, taps: Values, dimension: int, tolerance: float,
+    lines: Values, masks: IntArray, column: int,
+) -> None:  # fmt: skip
+    """Bits of the actions within `tolerance` of the least cost, for a row of `width` cells; none where nothing is admissible."""
+    count = taps.shape[2]
+    r0, r1 = axis_radius(count // 2, dimension)
+    n, zero, to = np.uintp(width), np.uintp(0), np.uintp(column)
+    nothing = taps[0, 0, 0] - taps[0, 0, 0]
+    for a in range((2 * r0 + 1) * (2 * r1 + 1) * count):
+        u0, u1, u2 = a // count // (2 * r1 + 1), a // count % (2 * r1 + 1), a % count
+        tap = taps[0, 0, u0 + count // 2 - r0] + taps[0, 1, u1 + count // 2 - r1] + taps[0, 2, u2]
+        i, begin = np.uintp(first + u0 * stride + u1), np.uintp(start + u2)
+        if a == 0:
+            for c in range(n):
+                lines[zero, c] = tap + cost[i, begin + c]
+            continue
+        for c in range(n):
+            q = tap + cost[i, begin + c]
+            lines[zero, c] = q if q < lines[zero, c] else lines[zero, c]
+    for c in range(n):
+        best = lines[zero, c]
+        lines[zero, c] = best + (tolerance * abs(best) + 1e-12) if best < np.inf else nothing - 1
+    for a in range((2 * r0 + 1) * (2 * r1 + 1) * count):
+        u0, u1, u2 = a // count // (2 * r1 + 1), a // count % (2 * r1 + 1), a % count
+        tap = taps[0, 0, u0 + count // 2 - r0] + taps[0, 1, u1 + count // 2 - r1] + taps[0, 2, u2]
+        i, begin = np.uintp(first + u0 * stride + u1), np.uintp(start + u2)
+        word, bit, none = np.uintp(a // WORD), np.int64(1) << np.int64(a % WORD), np.int64(0)
+        for c in range(n):
+            masks[word, to + c] |= bit if tap + cost[i, begin + c] <= lines[zero, c] else none
+
+
+@njit(cache=True, nogil=True)
+def _weigh_row(
+    cost: Values, first: int, stride: int, start: int, width: int, taps: Values, dimension: int, rationality: float,
+    odds: FloatArray, column: int,
+) -> None:  # fmt: skip
+    """Boltzmann probabilities of all actions for a row of cells; all 0 where nothing is admissible."""
+    count = taps.shape[2]
+    r0, r1 = axis_radius(count // 2, dimension)
+    for c in range(width):
+        best, total = np.inf, 0.0
+        for phase in range(3):
+            for a in range(odds.shape[0]):
+                u0, u1, u2 = a // count // (2 * r1 + 1), a // count % (2 * r1 + 1), a % count
+                tap = taps[0, 0, u0 + count // 2 - r0] + taps[0, 1, u1 + count // 2 - r1] + taps[0, 2, u2]
+                value = tap + cost[first + u0 * stride + u1, start + c + u2]
+                if phase == 0:
+                    best = min(best, value)
+                elif phase == 1:
+                    odds[a, column + c] = np.exp(-rationality * (value - best)) if value < np.inf else 0.0
+                    total += odds[a, column + c]
+                elif total > 0.0:
+                    odds[a, column + c] /= total
+
+
+@njit(cache=True, nogil=True)
+def _heed_walls(
+    free: BoolArray,
+    row: int,
+    stride: int,
+    column: int,
+    mixture: FloatArray,
+    dimension: int,
+    choices: Choices,
+    cell: int,
+) -> None:
+    """Give a cell without any choice the action "stay"; let choices whose mixture is blocked stand for themselves."""
+    masks, odds = choices.masks, choices.odds
+    count = mixture.shape[1]
+    reach = count // 2
+    r0, r1 = axis_radius(reach, dimension)
+    actions = (2 * r0 + 1) * (2 * r1 + 1) * count
+    some = False
+    for a in range(actions):
+        word, bit = a // WORD, np.int64(1) << np.int64(a % WORD)
+        if odds.size > 0:
+            some = some or odds[a, cell] > 0.0
+            continue
+        if masks[word, cell] & bit == 0:
+            continue
+        some = True
+        if masks.shape[0] == choices.words:
+            continue
+        u0, u1, u2 = a // count // (2 * r1 + 1) - r0, a // count % (2 * r1 + 1) - r1, a % count - reach
+        for v0 in range(-r0, r0 + 1):
+            for v1 in range(-r1, r1 + 1):
+                for v2 in range(-reach, reach + 1):
+                    part = mixture[0, u0 + reach, v0 + reach] * mixture[1, u1 + reach, v1 + reach]
+                    if (
+                        part * mixture[2, u2 + reach, v2 + reach] > 0.0
+                        and not free[row + v0 * stride + v1, column + v2]
+                    ):
+                        masks[word, cell] &= ~bit
+                        masks[choices.words + word, cell] |= bit
+    if not some and odds.size > 0:
+        odds[actions // 2, cell] = 1.0
+    elif not some:
+        masks[actions // 2 // WORD, cell] = np.int64(1) << np.int64(actions // 2 % WORD)
+
+
+@njit(cache=True, nogil=True)
+def choose(
+    costs: CostTables,
+    taps: Values,
+    danger: bool,
+    lead: int,
+    first: int,
+    last: int,
+    differs: BoolArray,
+    centre: int,
+    dimension: int,
+    tolerance: float,
+    rationality: float,
+    free: BoolArray,
+    mixture: FloatArray,
+    scratch: ValueScratch,
+    choices: Choices,
+) -> None:
+    """Sweep policies first ≤ k < last and write their choices.
+
+    Args:
+        costs: stage costs.
+        taps: (M, 3, T) cost of the components of the M actions ahead.
+        danger: β.
+        lead: 1 if the robot's motion is anticipated, 0 if it is taken to stay where it is.
+        first: first policy.
+        last: one past the last.
+        differs: (N,) False: policy k is not wanted.
+        centre: index of the anchor in arrays of values.
+        dimension: d.
+        tolerance: relative; costs this close are tied.
+        rationality: 1/cost, or inf.
+        free: cells a person may occupy, laid out as values, or size 0.
+        mixture: (3, T, T) what a chosen component stands for.
+        scratch: for values.
+        choices: cleared by the caller, written to.
+    """
+    rows = row_count(centre, dimension)
+    c0, c1 = axis_radius(centre, dimension)
+    r0, r1 = axis_radius(taps.shape[2] // 2, dimension)
+    for k in range(first, last):
+        if not differs[k]:
+            continue
+        radius = choices.radii[k]
+        b0, b1 = axis_radius(radius, dimension)
+        width = 2 * radius + 1
+        cost = sweep(
+            costs,
+            k + lead,
+            danger,
+            taps,
+            radius,
+            centre,
+            dimension,
+            scratch.even,
+            scratch.odd,
+            scratch.plane,
+            scratch.lines,
+        )
+        for line in range((2 * b0 + 1) * (2 * b1 + 1)):
+            i0, i1 = line // (2 * b1 + 1), line % (2 * b1 + 1)
+            row = (c0 - b0 + i0) * rows + c1 - b1 + i1
+            at = choices.offsets[k] + line * width
+            corner, start = row - r0 * rows - r1, centre - radius - taps.shape[2] // 2
+            if choices.odds.size > 0:
+                _weigh_row(cost, corner, rows, start, width, taps, dimension, rationality, choices.odds, at)
+            else:
+                _mark_row(
+                    cost, corner, rows, start, width, taps, dimension, tolerance, scratch.lines, choices.masks, at
+                )
+            if free.size > 0:
+                for c in range(width):
+                    _heed_walls(free, row, rows, centre - radius + c, mixture, dimension, choices, at + c)
+
+
+@njit(cache=True, nogil=True)
+def mark_admissible(free: BoolArray, centre: int, dimension: int, reach: int, radius: int, masks: IntArray) -> None:
+    """Bits of the actions that end in a free cell, for the box of `radius`; where there is none, of the action "stay"."""
+    rows, count = row_count(centre, dimension), 2 * reach + 1
+    c0, c1 = axis_radius(centre, dimension)
+    b0, b1 = axis_radius(radius, dimension)
+    r0, r1 = axis_radius(reach, dimension)
+    cell = 0
+    for i0 in range(c0 - b0, c0 + b0 + 1):
+        for i1 in range(c1 - b1, c1 + b1 + 1):
+            for i2 in range(centre - radius, centre + radius + 1):
+                a, some = 0, False
+                for u0 in range(-r0, r0 + 1):
+                    for u1 in range(-r1, r1 + 1):
+                        for u2 in range(-reach, reach + 1):
+                            if free[(i0 + u0) * rows + i1 + u1, i2 + u2]:
+                                masks[a // WORD, cell] |= np.int64(1) << np.int64(a % WORD)
+                                some = True
+                            a += 1
+                if not some:
+                    masks[a // 2 // WORD, cell] = np.int64(1) << np.int64(a // 2 % WORD)
+                cell += 1
