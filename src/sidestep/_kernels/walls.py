@@ -130,6 +130,20 @@ def free_points(
 
 
 @njit(cache=True)
+def _crosses(x0: float, y0: float, x1: float, y1: float, segments: FloatArray) -> bool:
+    """Whether the way from 0 to 1 crosses any of the polygons' edges."""
+    for s in range(segments.shape[0]):
+        a0, b0, a1, b1, _ = segments[s]
+        before = (x1 - x0) * (b0 - y0) - (y1 - y0) * (a0 - x0)
+        after = (x1 - x0) * (b1 - y0) - (y1 - y0) * (a1 - x0)
+        here = (a1 - a0) * (y0 - b0) - (b1 - b0) * (x0 - a0)
+        there = (a1 - a0) * (y1 - b0) - (b1 - b0) * (x1 - a0)
+        if (before > 0.0) != (after > 0.0) and (here > 0.0) != (there > 0.0):
+            return True
+    return False
+
+
+@njit(cache=True)
 def free_segments(
     starts: FloatArray,
     ends: FloatArray,
@@ -142,9 +156,15 @@ def free_segments(
     samples: FloatArray,
     corner: FloatArray,
 ) -> Occupied:
-    """Whether the whole of each segment keeps `margin`, by steps as long as the distance allows, at least `step`."""
+    """Whether the whole of each segment keeps `margin`, by steps as long as the distance allows, at least `step`.
+
+    Walls thinner than a step could be stepped over where the margin is smaller, too; crossings are looked for there.
+    """
     out = np.ones(starts.shape[0], np.bool_)
     for m in range(starts.shape[0]):
+        if 0.0 <= margin < step and _crosses(starts[m, 0], starts[m, 1], ends[m, 0], ends[m, 1], segments):
+            out[m] = False
+            continue
         dx, dy = ends[m, 0] - starts[m, 0], ends[m, 1] - starts[m, 1]
         length = math.hypot(dx, dy)
         at = 0.0
@@ -168,17 +188,32 @@ def free_segments(
 def interpolate(
     points: FloatArray, values: FloatArray, corner: FloatArray, spacing: float, goal: FloatArray
 ) -> FloatArray:
-    """Bilinear values (M,) at points (M, 2) m, at least the straight way to `goal`; outside: the edge's plus the way."""
+    """Bilinear values (M,) at points (M, 2) m, at least the straight way to `goal`; outside by way of the edge."""
     out = np.empty(points.shape[0])
     w, h = values.shape
     for m in range(points.shape[0]):
         u = (points[m, 0] - corner[0]) / spacing
         v = (points[m, 1] - corner[1]) / spacing
-        cu, cv = min(max(u, 0.0), w - 1.0), min(max(v, 0.0), h - 1.0)
-        i, j = min(int(cu), w - 2), min(int(cv), h - 2)
-        a, b = cu - i, cv - j
-        value = (1 - a) * ((1 - b) * values[i, j] + b * values[i, j + 1])
-        value += a * ((1 - b) * values[i + 1, j] + b * values[i + 1, j + 1])
-        value += spacing * math.hypot(u - cu, v - cv)
+        if 0.0 <= u <= w - 1 and 0.0 <= v <= h - 1:
+            i, j = min(int(u), w - 2), min(int(v), h - 2)
+            a, b = u - i, v - j
+            value = (1 - a) * ((1 - b) * values[i, j] + b * values[i, j + 1])
+            value += a * ((1 - b) * values[i + 1, j] + b * values[i + 1, j + 1])
+        else:
+            value = _by_way_of_edge(u, v, values, spacing)
         out[m] = max(value, math.hypot(points[m, 0] - goal[0], points[m, 1] - goal[1]))
     return out
+
+
+@njit(cache=True)
+def _by_way_of_edge(u: float, v: float, values: FloatArray, spacing: float) -> float:
+    """Shortest straight way to a cell at the edge plus the value there; every second cell is tried."""
+    w, h = values.shape
+    best = np.inf
+    for i in range(0, w, 2):
+        best = min(best, math.hypot(u - i, v) * spacing + values[i, 0])
+        best = min(best, math.hypot(u - i, v - h + 1) * spacing + values[i, h - 1])
+    for j in range(0, h, 2):
+        best = min(best, math.hypot(u, v - j) * spacing + values[0, j])
+        best = min(best, math.hypot(u - w + 1, v - j) * spacing + values[w - 1, j])
+    return best

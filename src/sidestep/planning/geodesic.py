@@ -9,7 +9,7 @@ import numpy as np
 
 from sidestep._kernels.walls import interpolate
 from sidestep.obstacles import Obstacles
-from sidestep.types import BoolArray, FloatArray, Vector, VectorLike, frozen_array
+from sidestep.types import BoolArray, FloatArray, IntArray, Vector, VectorLike, frozen_array
 
 KNIGHT = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
 """Half of the 16 moves between cells; ways are at most 2.7 % too long."""
@@ -32,7 +32,7 @@ class DistanceField:
     def at(self, points: FloatArray | VectorLike) -> FloatArray:
         """Return (…,) m for `points` (…, d) m: interpolated, never less than the straight line, finite everywhere.
 
-        Off the raster: the value at its edge plus the straight line to there.
+        Off the raster: the straight line to its edge plus the value there, by the shortest such way.
         """
         array = np.asarray(points, dtype=np.float64)
         flat = np.ascontiguousarray(array[..., :2].reshape(-1, 2))
@@ -66,6 +66,7 @@ def distance_to_goal(
     shape = tuple(int(n) for n in np.ceil((high - low) / spacing) + 1)
     places = np.stack(np.meshgrid(*(low[a] + spacing * np.arange(shape[a]) for a in (0, 1)), indexing="ij"), axis=-1)
     flat = places.reshape(-1, 2)
+    margin = max(margin, 1e-3)
     free = obstacles.free(flat, margin)
     if not bool(obstacles.free(target, margin)) and free.any():
         target = flat[free][np.argmin(((flat[free] - target) ** 2).sum(axis=1))]
@@ -96,14 +97,14 @@ def _walk(
     seen[free] = obstacles.segment_free(places[free], np.broadcast_to(goal, places[free].shape), margin)
     index = np.arange(len(places)).reshape(shape)
     passable = free.reshape(shape)
-    rows: list[FloatArray] = [np.full(int(seen.sum()), len(places))]
-    columns: list[FloatArray] = [np.flatnonzero(seen)]
+    rows: list[IntArray] = [np.full(int(seen.sum()), len(places), dtype=np.int64)]
+    columns: list[IntArray] = [np.flatnonzero(seen)]
     lengths: list[FloatArray] = [np.maximum(straight[seen], 1e-9)]
     for a, b in KNIGHT:
         here, there = _shifted(index, a, b)
         ways = (passable.ravel()[here] & passable.ravel()[there]) & ~(seen[here] & seen[there])
         here, there = here[ways], there[ways]
-        if max(abs(a), abs(b)) > 1:  # a knight's move must not jump a thin wall
+        if math.hypot(a, b) * spacing > margin:  # so long a move could jump a thin wall
             clear = obstacles.segment_free(places[here], places[there], margin)
             here, there = here[clear], there[clear]
         rows.append(here)
@@ -114,7 +115,7 @@ def _walk(
     return np.asarray(dijkstra(graph.tocsr(), directed=False, indices=len(places)))[:-1].reshape(shape)
 
 
-def _shifted(index: FloatArray, a: int, b: int) -> tuple[FloatArray, FloatArray]:
+def _shifted(index: IntArray, a: int, b: int) -> tuple[IntArray, IntArray]:
     """Pairs of cells that lie (a, b) apart."""
     w, h = index.shape
     low, high = max(0, -b), h - max(0, b)
@@ -128,5 +129,7 @@ def _filled(values: FloatArray, spacing: float, places: FloatArray, goal: FloatA
     known = np.isfinite(values)
     if not known.any():
         return np.sqrt(((places - goal) ** 2).sum(axis=1)).reshape(values.shape)
-    apart, nearest = distance_transform_edt(~known, return_indices=True)
-    return np.ascontiguousarray(values[tuple(nearest)] + 2.0 * spacing * np.asarray(apart))
+    transform = distance_transform_edt(~known, return_indices=True)
+    assert transform is not None
+    apart, nearest = (np.asarray(part) for part in transform)
+    return np.ascontiguousarray(values[tuple(nearest)] + 2.0 * spacing * apart)
