@@ -14,7 +14,7 @@ from sidestep.human.policy import TIE, action_values
 from sidestep.lattice import Lattice, heading_rotation
 from sidestep.simulation.people import Surroundings, point_or_none
 from sidestep.simulation.settings import PersonSettings
-from sidestep.types import BoolArray, FloatArray, Path, Vector, frozen_array
+from sidestep.types import BoolArray, FloatArray, IntArray, Path, Vector, frozen_array
 
 if TYPE_CHECKING:
     from sidestep.simulation.scenario import Scenario
@@ -136,22 +136,27 @@ class ModelWalker(Walker):
     """Decides by Eq. 2 with own parameters, acts at random with probability ω (Eq. 4), and misjudges distances.
 
     A concerned person knows the motion that the robot has announced, as the predictor assumes (Remark 1 of the paper).
+    Arguments as for `Walker`.
     """
+
+    def __init__(self, scenario: Scenario, index: int, generator: np.random.Generator) -> None:
+        super().__init__(scenario, index, generator)
+        actions = ActionSet(speed=self.model.walking_speed, reach=self.model.reach, dimension=scenario.dimension)
+        self._multiples, self._velocities = actions.multiples, actions.velocities
 
     def choose(self, around: Surroundings) -> Vector:
         """One of the best actions, all equally likely, or with probability ω any action that no wall forbids."""
         random, which, error = self.generator.random(), self.generator.random(), self.generator.standard_normal()
-        actions = ActionSet(speed=self.model.walking_speed, reach=self.model.reach, dimension=self._place.size)
         lattice = self._lattice(around.time_step)
         free = self._free(lattice, around)
         if random < self.model.randomness:
-            chances = np.ones(len(actions)) if free is None else _reachable(free, actions)
+            chances = np.ones(len(self._velocities)) if free is None else _reachable(free, self._multiples)
         else:
             chances = self._deliberate(lattice, around, free, error)
         if chances.sum() <= 0:
             return np.zeros_like(self._place)
         index = int(np.searchsorted(np.cumsum(chances / chances.sum()), which, side="right"))
-        return lattice.rotation @ actions.velocities[min(index, len(actions) - 1)]
+        return lattice.rotation @ self._velocities[min(index, len(self._velocities) - 1)]
 
     def _deliberate(self, lattice: Lattice, around: Surroundings, free: BoolArray | None, error: float) -> FloatArray:
         """(n,) weights of the actions in P_d (Eq. 5)."""
@@ -205,7 +210,7 @@ class ModelWalker(Walker):
         return np.asarray(around.obstacles.free(places, margin=self.radius)).reshape(lattice.shape)
 
 
-def _reachable(free: BoolArray, actions: ActionSet) -> FloatArray:
+def _reachable(free: BoolArray, multiples: IntArray) -> FloatArray:
     """(n,) 1 for actions whose next cell is free."""
-    cells = actions.multiples + free.shape[0] // 2
+    cells = multiples + free.shape[0] // 2
     return free[tuple(cells.T)].astype(np.float64)
