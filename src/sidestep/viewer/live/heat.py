@@ -7,14 +7,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from sidestep.lattice import Lattice
-from sidestep.prediction.occupancy import Occupancy
+from sidestep.planning.plan import PersonPlan
 from sidestep.types import FloatArray
 
 FAINTEST = 2e-3  # 1/m², the density that is drawn as nothing
 STRONGEST = 2.0  # 1/m², and the one that is drawn fully
 MOST_INSTANTS = 13
+WIDEST_MARGIN = 12  # cells by which a picture grows beyond the lattice
+LEAST_WEIGHT = 1e-3  # of a steadiness class that is worth drawing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,15 +50,31 @@ class Heat:
         }
 
 
-def heat(occupancy: Occupancy) -> Heat:
+def heat(person: PersonPlan) -> Heat:
     """Return the images of one person's prediction; 1-D is drawn as a line along x, 3-D from above."""
-    instants = _chosen(len(occupancy))
-    return paint(occupancy.probability[list(instants)], occupancy.lattice, instants)
+    instants = _chosen(len(person.occupancy))
+    mass = person.occupancy.probability[list(instants)]
+    spread = None if person.spread is None else (person.spread[0], person.spread[1][list(instants)])
+    return paint(mass, person.occupancy.lattice, instants, spread)
 
 
-def paint(probability: FloatArray, lattice: Lattice, instants: tuple[int, ...]) -> Heat:
-    """Return the images of `probability` ((K, cells…), mass per cell) at `instants` (K steps ahead)."""
+def paint(
+    probability: FloatArray,
+    lattice: Lattice,
+    instants: tuple[int, ...],
+    spread: tuple[FloatArray, FloatArray] | None = None,
+) -> Heat:
+    """Return the images of a prediction.
+
+    Args:
+        probability: (K, cells…), mass per cell.
+        lattice: the cells.
+        instants: K steps ahead.
+        spread: (C,) weights and (K, C) m standard deviations of the Gaussians around every cell, or None.
+    """
     mass = _flat(probability)
+    if spread is not None:
+        mass = _spread(mass, *spread, lattice.spacing)
     density = mass / lattice.spacing**2
     scale = np.log(np.maximum(density, 1e-12) / FAINTEST) / np.log(STRONGEST / FAINTEST)
     pixels = np.clip(np.rint(255 * scale), 0, 255).astype(np.uint8)
@@ -71,6 +90,28 @@ def paint(probability: FloatArray, lattice: Lattice, instants: tuple[int, ...]) 
         spacing=lattice.spacing,
         first=first,
     )
+
+
+def _spread(mass: FloatArray, weights: FloatArray, sigmas: FloatArray, spacing: float) -> FloatArray:
+    """Return Σ_c w_c·(mass ∗ Gaussian of σ_c) at every instant, on a grid grown by what spreads over its edge."""
+    margin = int(min(np.ceil(2.0 * float((weights * sigmas).sum(axis=1).max()) / spacing), WIDEST_MARGIN))
+    rows, columns = mass.shape[1:]
+    aside = margin if columns > 1 else 0
+    result = np.zeros((len(mass), rows + 2 * margin, columns + 2 * aside))
+    for k in range(len(mass)):
+        for weight, sigma in zip(weights, sigmas[k] / spacing, strict=True):
+            if weight >= LEAST_WEIGHT:
+                result[k] += weight * (_blur(rows, margin, sigma) @ mass[k] @ _blur(columns, aside, sigma).T)
+    return result
+
+
+def _blur(cells: int, margin: int, sigma: float) -> FloatArray:
+    """Return (cells + 2·margin, cells): the share of each cell's mass that a Gaussian of `sigma` cells puts into each."""
+    gap = np.arange(-margin, cells + margin)[:, np.newaxis] - np.arange(cells)
+    if cells == 1:
+        return (gap == 0).astype(np.float64)
+    edges = np.stack([gap - 0.5, gap + 0.5]) / max(sigma, 1e-3)
+    return ndtr(edges[1]) - ndtr(edges[0])
 
 
 def _chosen(count: int) -> tuple[int, ...]:

@@ -95,7 +95,9 @@ class Page:
                 ui.element("div").classes("charts")
                 entries = "".join(f'<span><i class="{name}"></i>{text}</span>' for name, text in LEGEND)
                 ui.html(f'<div class="legend">{entries}</div>', sanitize=False)
-            Controls(self.shelf.scenarios, visit).build()
+            with ui.element("div").classes("adjust"):
+                Controls(self.shelf.scenarios, visit).build()
+            ui.element("section").classes("card outcome").props('aria-label="What came of it"')
 
 
 class Files:

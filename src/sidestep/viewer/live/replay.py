@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from sidestep.lattice import Lattice
 from sidestep.simulation.record import Record, Snapshot
 from sidestep.types import FloatArray
 from sidestep.viewer.live import messages, stage, words
+from sidestep.viewer.live.chronicle import flat, outcome, paths, samples
 from sidestep.viewer.live.heat import Heat, paint
 from sidestep.viewer.live.wire import Packet, numbers, text, with_images
 
@@ -27,11 +27,10 @@ class Replay:
         self.pace = 1.0
         self.index = 0
         self._record = record
-        self._robot = _flat(record.robot_positions)
-        self._people = _flat(record.people_positions)
-        self._plans = _flat(record.plans)
-        self._goal = _flat(record.robot_goal[np.newaxis])[0]
-        self._gaps = np.linalg.norm(self._people - self._robot[:, np.newaxis], axis=2)  # (T+1, P) m
+        self._robot = flat(record.robot_positions)
+        self._people = flat(record.people_positions)
+        self._plans = flat(record.plans)
+        self._goal = flat(record.robot_goal[np.newaxis])[0]
         self._clock = 0.0
         self._shown = -1
         self._greet = True
@@ -100,6 +99,7 @@ class Replay:
             step=r.time_step,
             steps=self.last,
             length=float(r.time[-1] - r.time[0]),
+            outcome=outcome(r),
         )
 
     def frame(self) -> str:
@@ -170,7 +170,7 @@ class Replay:
         heading = float(self._record.robot_headings[step])
         if math.isfinite(heading):
             return heading
-        v = _flat(self._record.robot_velocities)[step]
+        v = flat(self._record.robot_velocities)[step]
         return math.atan2(v[1], v[0]) if float(np.linalg.norm(v)) > words.WAITING else math.nan
 
     def _status(self, step: int) -> str:
@@ -223,29 +223,7 @@ class Replay:
         return [_painted(s) for s in shots if s.step == newest]
 
     def _history(self) -> str:
-        r = self._record
-        samples: list[dict[str, Any]] = []
-        risk = np.where(np.isfinite(r.risk), r.risk, -np.inf).max(axis=1, initial=-np.inf)
-        nearest = np.where(np.isfinite(self._gaps), self._gaps, np.inf).min(axis=1, initial=np.inf)
-        for i in np.flatnonzero(r.plan_age <= 1e-9):
-            beliefs = r.beliefs[i][np.isfinite(r.beliefs[i])]
-            samples.append(
-                {
-                    "time": round(float(r.time[i] - r.time[0]), 3),
-                    "belief": round(float(beliefs[0]), 4) if beliefs.size else None,
-                    "risk": round(float(risk[i]), 5) if math.isfinite(risk[i]) else None,
-                    "distance": round(float(nearest[i]), 3) if math.isfinite(nearest[i]) else None,
-                    "ms": round(1000 * float(r.planning_time[i]), 2),
-                }
-            )
-        return text(type="history", panel=0, samples=samples)
-
-
-def _flat(positions: FloatArray) -> FloatArray:
-    """(…, d) → (…, 2): a line lies along x, height is dropped."""
-    if positions.shape[-1] == 1:
-        return np.concatenate([positions, np.zeros_like(positions)], axis=-1)
-    return positions[..., :2]
+        return text(type="history", panel=0, samples=samples(self._record), paths=paths(self._record))
 
 
 def _angle(velocity: FloatArray) -> float | None:

@@ -66,11 +66,11 @@ def serve(
     require()
     import uvicorn
 
-    listening = _bound(host, port)
+    listening = listen(host, port)
     address = _address(host, listening.getsockname()[1])
     application = build(shelf, settings=settings or LiveSettings(), record=record, host=host)
     if on_ready is not None:
-        on_ready(address, not _is_loopback(host))
+        on_ready(address, not is_loopback(host))
     config = uvicorn.Config(
         application,
         log_level="warning",
@@ -127,7 +127,7 @@ def build(shelf: Shelf, *, settings: LiveSettings, record: Record | None, host: 
         """How many pages are open, and how many worlds with their planners are held."""
         return {"visits": len(visits), "worlds": visits.worlds}
 
-    if _is_loopback(host):  # a page elsewhere that points its own name at this machine gets nothing
+    if is_loopback(host):  # a page elsewhere that points its own name at this machine gets nothing
         application.add_middleware(TrustedHostMiddleware, allowed_hosts=["127.0.0.1", "localhost", "[::1]"])
     Page(shelf, visits).register()
     ui.run_with(
@@ -142,12 +142,18 @@ def build(shelf: Shelf, *, settings: LiveSettings, record: Record | None, host: 
     return application
 
 
-def _bound(host: str, port: int) -> socket.socket:
+def listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens at `host` and `port`.
+
+    Raises:
+        InvalidInput: the address cannot be bound.
+    """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listening = socket.socket(family, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
+        listening.listen(128)  # from now on a browser may knock; it is answered as soon as the server runs
     except (OSError, OverflowError) as error:
         listening.close()
         raise InvalidInput(
@@ -161,7 +167,8 @@ def _address(host: str, port: int) -> str:
     return f"http://{name}:{port}"
 
 
-def _is_loopback(host: str) -> bool:
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine can reach `host`."""
     if host == "localhost":
         return True
     try:

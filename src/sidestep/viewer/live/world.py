@@ -224,7 +224,7 @@ class World:
     def _heats(self, plan: Plan) -> list[Heat]:
         here = self.run.state.position
         nearest = sorted(plan.people.values(), key=lambda p: float(np.linalg.norm(p.position - here)))
-        return [heat(person.occupancy) for person in nearest[:HEATS]]
+        return [heat(person) for person in nearest[:HEATS]]
 
     def _people(self) -> list[tuple[Vector, float | None]]:
         moving = np.linalg.norm(self.run.drift, axis=1) > WALKING
@@ -241,7 +241,9 @@ class World:
         return 0.0 if self._last is None else float(np.linalg.norm(self._last.motion.velocity))
 
     def _status(self) -> str:
-        return "certified" if self._last is None else self._last.motion.status
+        if self._last is None:
+            return "certified"
+        return self._last.motion.status if isinstance(self._last.motion, Plan) else "uncertified"
 
 
 def _just(visitor: Visitor) -> Builder:

@@ -63,12 +63,23 @@ class App {
   on_scene(world) {
     this.world = world;
     this.host.querySelector(".ready").hidden = true;
+    this.host.dataset.mode = world.mode;
+    this.outcome(world.outcome ?? []);
     this.playback.clear();
     this.scene.show(world);
     this.charts.clear(world);
     this.transport.show(world);
     this.hint.hidden = world.mode !== "live" || this.hint.dataset.seen === "yes";
     this.hint.dataset.seen = "yes";
+  }
+
+  outcome(rows) {
+    const list = document.createElement("dl");
+    for (const [name, value] of rows) {
+      list.append(Object.assign(document.createElement("dt"), { textContent: name }));
+      list.append(Object.assign(document.createElement("dd"), { textContent: value }));
+    }
+    this.host.querySelector(".outcome").replaceChildren(Object.assign(document.createElement("h2"), { textContent: "What came of it" }), list);
   }
 
   on_frame(frame) {
@@ -87,6 +98,7 @@ class App {
 
   on_history(message) {
     this.charts.history(message.panel, message.samples);
+    this.scene.history(message.panel, message.paths);
   }
 
   say(frame) {
@@ -115,6 +127,7 @@ class App {
   }
 
   draw(now) {
+    requestAnimationFrame((next) => this.draw(next)); // first, so that one bad picture does not stop all others
     const frame = this.playback.at(now);
     this.scene.draw(frame, now);
     const moving = frame && frame.time !== this.charted;
@@ -125,7 +138,6 @@ class App {
       this.chartsDrawn = now;
     }
     this.measure.drawn(now);
-    requestAnimationFrame((next) => this.draw(next));
   }
 }
 

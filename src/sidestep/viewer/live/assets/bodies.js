@@ -51,16 +51,13 @@ export function drawPerson(ctx, view, colours, { at, radius, you, belief, walkin
     ctx.fill();
   }
   ctx.fillStyle = colour;
-  ctx.strokeStyle = colours.floor;
-  ctx.lineWidth = 1.5;
   ctx.beginPath(); // shoulders
-  ctx.ellipse(0, 0, 0.42 * r, 0.88 * r, 0, 0, TAU);
+  ctx.ellipse(-0.04 * r, 0, 0.46 * r, 0.92 * r, 0, 0, TAU);
   ctx.fill();
-  ctx.stroke();
   ctx.beginPath(); // head
-  ctx.arc(0.1 * r, 0, 0.4 * r, 0, TAU);
+  ctx.arc(0.1 * r, 0, 0.42 * r, 0, TAU);
+  ctx.fillStyle = colours.hair;
   ctx.fill();
-  ctx.stroke();
   ctx.restore();
   if (belief !== null && belief !== undefined) drawBelief(ctx, colours, [x, y], r + 6, belief);
 }

@@ -1,7 +1,7 @@
 // Colours come from the style sheet, so that light and dark are decided in one place.
 
 const NAMES = [
-  "floor", "beyond", "dot", "edge", "wall", "ink", "muted", "panel", "robot", "robot-ink", "you", "other", "gives-way", "limit",
+  "floor", "beyond", "dot", "edge", "wall", "ink", "muted", "panel", "robot", "robot-ink", "you", "other", "hair", "gives-way", "limit",
   "heat-low", "heat-high", "line",
 ];
 

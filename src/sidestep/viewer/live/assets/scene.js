@@ -25,8 +25,15 @@ export class Scene {
     this.world = world;
     this.plans = world.panels.map(() => null);
     this.trails = world.panels.map(() => ({ robot: [], people: [] }));
+    this.paths = [];
     this.views = [];
     this.size = null;
+  }
+
+  // Where everybody was, of a record: [[time, x, y], …] for the robot and for each person.
+  history(panel, paths) {
+    const points = (path) => path.filter((p) => p[1] !== null).map(([time, x, y]) => ({ time, at: [x, y] }));
+    this.paths[panel] = { robot: points(paths.robot), people: paths.people.map(points) };
   }
 
   recolour() {
@@ -162,10 +169,11 @@ export class Scene {
     const radius = world.panels[i].radius;
     const instant = this.instant(now, plan);
     this.remember(this.trails[i], frame, panel);
+    const trail = this.paths[i] ? this.passed(this.paths[i], frame.time) : this.trails[i];
     this.drawGoal(view, panel.goal);
     for (const painted of plan?.painted ?? []) drawHeat(ctx, view, painted, instant, instant === null ? 0.62 : 1);
-    drawTrail(ctx, view, this.trails[i].robot.map((p) => p.at), colours.robot, 3);
-    this.trails[i].people.forEach((trail, j) => drawTrail(ctx, view, trail.map((p) => p.at), world.people[j].you ? colours.you : colours.other, 2.5));
+    drawTrail(ctx, view, trail.robot.map((p) => p.at), colours.robot, 3);
+    trail.people.forEach((points, j) => drawTrail(ctx, view, points.map((p) => p.at), world.people[j].you ? colours.you : colours.other, 2.5));
     if (plan && panel.status !== "arrived") drawPlan(ctx, view, colours, plan, { radius, robot: panel.robot });
     this.drawSafety(view, panel);
     panel.people.forEach((at, j) => this.drawPersonOf(view, panel, at, j));
@@ -184,6 +192,11 @@ export class Scene {
     };
     add(trail.robot, panel.robot);
     panel.people.forEach((at, j) => add((trail.people[j] ??= []), at));
+  }
+
+  passed(paths, time) {
+    const part = (points) => points.filter((p) => p.time <= time && p.time > time - TRAIL);
+    return { robot: part(paths.robot), people: paths.people.map(part) };
   }
 
   drawGoal(view, goal) {
@@ -212,8 +225,11 @@ export class Scene {
     ctx.lineTo(...end);
     ctx.stroke();
     ctx.restore();
-    const text = `${panel.distance.toFixed(2)} m`;
-    label(ctx, colours, text, [(at[0] + end[0]) / 2, (at[1] + end[1]) / 2], { bold: near, colour: near ? colours.limit : colours.ink });
+    const length = Math.hypot(end[0] - at[0], end[1] - at[1]) || 1;
+    const [nx, ny] = [(at[1] - end[1]) / length, (end[0] - at[0]) / length];
+    const aside = length < 90 ? 14 + 24 * Math.abs(nx) : 0; // beside the line where it is too short for the words
+    const middle = [(at[0] + end[0]) / 2 + aside * nx, (at[1] + end[1]) / 2 + aside * ny];
+    label(ctx, colours, `${panel.distance.toFixed(2)} m`, middle, { bold: near, colour: near ? colours.limit : colours.ink });
   }
 
   drawPersonOf(view, panel, at, j) {

@@ -6,7 +6,7 @@ export class View {
     const [width, height] = [x1 - x0, y1 - y0];
     const upright = Math.min(box.width / width, box.height / height);
     const turned = Math.min(box.width / height, box.height / width);
-    this.turned = turned > 1.15 * upright;
+    this.turned = turned > 1.4 * upright;
     this.scale = this.turned ? turned : upright;
     this.box = box;
     this.middle = [(x0 + x1) / 2, (y0 + y1) / 2];

@@ -1,0 +1,168 @@
+"""The websocket between page and world, over a real server on the loopback: nothing that arrives does harm."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+pytest.importorskip("nicegui", reason="the live page is an extra: pip install 'sidestep[live]'")
+
+import uvicorn
+from fastapi import FastAPI
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from made_records import made_record
+from sidestep.errors import InvalidInput
+from sidestep.io.scenarios import load_scenario
+from sidestep.viewer.live import server, stream
+from sidestep.viewer.live.settings import LiveSettings
+from sidestep.viewer.live.visits import Visits
+
+
+class House:
+    """Visitors of a record, which needs no planner, behind a server of their own."""
+
+    def __init__(self, visits, port):
+        self.visits = visits
+        self.port = port
+
+    def enter(self, token):
+        return connect(f"ws://127.0.0.1:{self.port}/live/stream/{token}", open_timeout=20, close_timeout=5)
+
+
+@pytest.fixture
+def house():
+    visits = Visits(load=load_scenario, settings=LiveSettings(), record=made_record())
+    bound = server.listen(server.LOOPBACK, 0)
+    with ThreadPoolExecutor(2) as workers, bound:
+        application = FastAPI()
+        application.include_router(stream.routes(visits, workers))
+        serving = uvicorn.Server(uvicorn.Config(application, log_level="error", ws="wsproto", lifespan="off"))
+        thread = threading.Thread(target=serving.run, kwargs={"sockets": [bound]})
+        thread.start()
+        yield House(visits, bound.getsockname()[1])
+        serving.should_exit = True
+        thread.join()
+
+
+def _until(page, kind):
+    for _ in range(200):
+        packet = page.recv(timeout=20)
+        message = json.loads(packet) if isinstance(packet, str) else {"type": "plan"}
+        if message["type"] == kind:
+            return message
+    raise AssertionError(f"no {kind} came")
+
+
+def test_frames_flow_and_a_ping_is_answered(house):
+    with house.enter(house.visits.admit()) as page:
+        assert _until(page, "scene")["mode"] == "record"
+        assert _until(page, "frame")["index"] == 0
+        page.send('{"type":"ping","sent":12.5}')
+        assert _until(page, "pong")["sent"] == 12.5
+
+
+def test_malformed_messages_do_no_harm(house):
+    token = house.visits.admit()
+    with house.enter(token) as page:
+        _until(page, "frame")
+        for nonsense in (
+            "",
+            "{",
+            "null",
+            '{"type":"walk"}',
+            '{"type":"seek","index":"; DROP"}',
+            "\x00" * 100,
+            "9" * 5000,
+        ):
+            page.send(nonsense)
+        page.send(b"\xff\xfe\x00")
+        page.send('{"type":"seek","index":5}')
+        for _ in range(40):
+            if _until(page, "frame")["index"] == 5:
+                break
+        else:
+            raise AssertionError("the honest message was not heard")
+    assert house.visits.get(token).malformed == 8
+
+
+def test_a_flood_of_malformed_messages_is_shown_the_door(house):
+    with house.enter(house.visits.admit()) as page:
+        for _ in range(stream.MOST_MALFORMED + 1):
+            page.send("nonsense")
+        with pytest.raises(ConnectionClosed) as closed:
+            _until(page, "never")
+    assert closed.value.rcvd.code == stream.TOO_MUCH
+
+
+def test_nobody_gets_in_without_a_token(house):
+    with house.enter("guess") as page, pytest.raises(ConnectionClosed) as closed:
+        page.recv(timeout=20)
+    assert closed.value.rcvd.code == stream.UNKNOWN
+
+
+def test_visitors_scrub_independently(house):
+    first, second = house.visits.admit(), house.visits.admit()
+    with house.enter(first) as one, house.enter(second) as two:
+        one.send('{"type":"seek","index":9}')
+        for _ in range(40):
+            if _until(one, "frame")["index"] == 9:
+                break
+        assert house.visits.get(first).world.index == 9
+        assert _until(two, "frame")["index"] == 0
+
+
+def test_a_world_is_freed_when_its_page_is_gone(house, monkeypatch):
+    monkeypatch.setattr(stream, "GRACE", 0.05)
+    token = house.visits.admit()
+    with house.enter(token) as page:
+        _until(page, "frame")
+        assert house.visits.worlds == 1
+    for _ in range(100):
+        if house.visits.worlds == 0:
+            break
+        time.sleep(0.05)
+    assert house.visits.worlds == 0
+    with house.enter(token) as page:  # and made anew when it comes back
+        assert _until(page, "frame")["index"] == 0
+
+
+def test_a_world_that_fails_begins_anew_and_the_server_goes_on(house, caplog):
+    token = house.visits.admit()
+    visit = house.visits.get(token)
+    with house.enter(token) as page:
+        _until(page, "frame")
+        broken = visit.world
+        broken.tick = lambda: 1 / 0
+        _until(page, "scene")
+    assert visit.world is not broken
+    assert "begins anew" in caplog.text
+
+
+def test_a_port_in_use_is_one_line():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(InvalidInput, match=f"--port: got '127.0.0.1:{port}'"):
+            server.listen("127.0.0.1", port)
+
+
+def test_nothing_but_the_loopback_is_listened_to_unless_asked():
+    bound = server.listen(server.LOOPBACK, 0)
+    assert bound.getsockname()[0] == "127.0.0.1"
+    bound.close()
+
+
+@pytest.mark.parametrize(
+    ("host", "answer"),
+    [("127.0.0.1", True), ("localhost", True), ("::1", True), ("127.8.9.1", True), ("0.0.0.0", False), ("::", False)],
+)
+def test_which_addresses_are_the_loopback(host, answer):
+    assert server.is_loopback(host) is answer
