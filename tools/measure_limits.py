@@ -1,0 +1,126 @@
+"""Measure where the method gets into trouble, for the page "Where it fails".
+
+python tools/measure_limits.py [--episodes 100] [--out docs/evidence/results/60-limits.json]
+
+Each row changes one thing about the person, the robot or the model. The person starts at random so that, if nobody did
+anything, robot and person would meet within half a second of each other.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+import sidestep
+from sidestep.simulation.metrics import measure
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tools" / "site"))
+
+from machine import provenance  # noqa: E402
+
+CASES: dict[str, dict[str, Any]] = {
+    "a person who walks straight on": {},
+    "… and the robot is slow (0.3 m/s)": {"robot": {"max_speed": 0.3}},
+    "… and the person runs (2.5 m/s), the robot is slow": {"robot": {"max_speed": 0.3}, "person": {"speed": 2.5}},
+    "… and positions are noisy (0.1 m)": {"measurement": {"position_noise": 0.1}},
+    "… and is seen only from 3 m on": {"measurement": {"range": 3.0}},
+    "every second step random": {"person": {"kind": "unconcerned", "randomness": 0.5}},
+    "… and the planner takes ω = 0.05 for granted": {
+        "person": {"kind": "unconcerned", "randomness": 0.5},
+        "human": {"randomness": 0.05, "online_randomness": False, "steadiness": False},
+    },
+    "turns toward the robot after 3 s": {"person": {"goal_changes": [{"time": 3.0, "goal": "robot"}]}},
+    "… and the planner was told another goal": {
+        "person": {"goal_changes": [{"time": 3.0, "goal": "robot"}], "goal_known": True}
+    },
+    "three abreast": {"abreast": 3},
+}
+
+
+def scenario(case: dict[str, Any], seed: int) -> sidestep.Scenario:
+    """One encounter of a case."""
+    generator = np.random.default_rng([seed, 71])
+    speed = case.get("robot", {}).get("max_speed", 1.0)
+    pace = case.get("person", {}).get("speed", 1.0)
+    angle = generator.uniform(np.radians(60), np.radians(300))  # of the person's way against the robot's
+    along = np.array([np.cos(angle), np.sin(angle)])
+    when = 4.0 + generator.uniform(-0.5, 0.5)  # s until both would be at the same place
+    meet = np.array([4.0 * speed, 0.0])
+    people = []
+    for k in range(case.get("abreast", 1)):
+        aside = 0.7 * (k - (case.get("abreast", 1) - 1) / 2) * np.array([-along[1], along[0]])
+        start = meet + aside - pace * when * along
+        person = {"kind": "straight", "speed": pace, "goal_known": False, "arrives_with": (pace * along).tolist()}
+        person |= {"start": start.tolist(), "goal": (meet + aside + 20 * along).tolist(), "decision_interval": 0.5}
+        people.append(person | case.get("person", {}))
+    data = {
+        "name": "limits",
+        "seed": seed,
+        "duration": 10.0 * 4 / speed,
+        "planning_period": 0.1,
+        "robot": {"start": [0.0, 0.0], "goal": [8.0 * speed, 0.0], **case.get("robot", {})},
+        "people": people,
+        "measurement": case.get("measurement", {}),
+        "human": case.get("human", {}),
+    }
+    return sidestep.Scenario.parse(data)
+
+
+def row(name: str, case: dict[str, Any], episodes: int) -> list[Any]:
+    """The numbers of one case."""
+    found = [measure(sidestep.simulate(scenario(case, seed), snapshots=0)) for seed in range(episodes)]
+    moving = sum(f.contacts_moving > 0 for f in found)
+    standing = sum(f.contacts_standing > 0 and f.contacts_moving == 0 for f in found)
+    interval = binomtest(moving, episodes).proportion_ci(0.95)
+    steps = sum(f.steps for f in found)
+    return [
+        name,
+        f"{moving / episodes:.2f} ({interval.low:.2f}–{interval.high:.2f})",
+        f"{standing / episodes:.2f}",
+        f"{np.median([f.min_distance for f in found]):.2f}",
+        f"{np.mean([f.reached_goal for f in found]):.2f}",
+        f"{sum(f.status_counts['certified'] for f in found) / steps:.2f}",
+    ]
+
+
+def main() -> None:
+    """Measure all cases and write the page's data."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--episodes", type=int, default=100)
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "evidence" / "results" / "60-limits.json")
+    chosen = parser.parse_args()
+    rows = []
+    for name, case in CASES.items():
+        rows.append(row(name, case, chosen.episodes))
+        print(*rows[-1], sep="  ", flush=True)
+    page = {
+        "title": "Where it fails, in numbers",
+        "lead": [
+            "One robot, default settings, 10 Hz, on collision course with the people of each row. Bodies touch below "
+            "0.6 m between centres. A contact counts as *moving* when the robot moved on toward the person; as "
+            "*standing* when a person walked into a robot that stood. In brackets, the exact 95 % interval."
+        ],
+        **provenance(f"python tools/measure_limits.py --episodes {chosen.episodes}"),
+        "tables": [
+            {
+                "title": f"Share of {chosen.episodes} encounters",
+                "header": ["the person", "moving contact", "standing only", "nearest, median (m)", "goal reached",
+                           "steps certified"],
+                "rows": rows,
+            }
+        ],
+    }  # fmt: skip
+    chosen.out.parent.mkdir(parents=True, exist_ok=True)
+    chosen.out.write_text(json.dumps(page, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+    print(f"wrote {chosen.out}")
+
+
+if __name__ == "__main__":
+    main()
