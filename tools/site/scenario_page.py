@@ -18,6 +18,7 @@ from pydantic_core import PydanticUndefined
 from sidestep.errors import InvalidInput
 from sidestep.human.model import HumanModel
 from sidestep.planning.settings import PlannerSettings
+from sidestep.ros.settings import NodeParameters, RemoteSettings
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.settings import (
     GoalChange,
@@ -39,6 +40,8 @@ TABLES: tuple[tuple[str, str, type], ...] = (
     ("goal_changes of a person", "Entries of `goal_changes`.", GoalChange),
     ("[measurement]", "What the sensor sees.", MeasurementSettings),
     ("[recording]", "Recorded people.", RecordingSettings),
+    ("[node]", "Only for the [ROS nodes](../start/ros.md).", NodeParameters),
+    ("[node.remote]", "Control of a ROS node from a second computer.", RemoteSettings),
 )
 
 

@@ -1,4 +1,4 @@
-"""The node for ROS 1: `python -m sidestep.ros.ros1`, with parameters as in docs/ros.md. Thin: topics, tf, time."""
+"""The node for ROS 1: `python -m sidestep.ros.ros1`, with parameters as in docs/start/ros.md. Thin: topics, tf, time."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         import rospy  # pyright: ignore[reportMissingImports]
     except ImportError:
-        sys.exit("the ROS 1 node needs a Python that has rospy; tools/install-ros1.sh makes one (docs/ros.md)")
+        sys.exit("the ROS 1 node needs a Python that has rospy; tools/install-ros1.sh makes one (docs/start/ros.md)")
     rospy.init_node("sidestep", argv=sys.argv if arguments is None else ["sidestep", *arguments])
     try:
         settings = NodeSettings.parse(rospy.get_param("~", {}))

@@ -1,4 +1,4 @@
-"""The node for ROS 2: `python -m sidestep.ros.ros2`, with parameters as in docs/ros.md. Thin: topics, tf, time."""
+"""The node for ROS 2: `python -m sidestep.ros.ros2`, with parameters as in docs/start/ros.md. Thin: topics, tf, time."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def main(arguments: list[str] | None = None) -> int:
         from rclpy.node import Node  # pyright: ignore[reportMissingImports]
         from rclpy.signals import SignalHandlerOptions  # pyright: ignore[reportMissingImports]
     except ImportError:
-        sys.exit("the ROS 2 node needs a Python that has rclpy; tools/install-ros2.sh makes one (docs/ros.md)")
+        sys.exit("the ROS 2 node needs a Python that has rclpy; tools/install-ros2.sh makes one (docs/start/ros.md)")
     # Our own handlers: rclpy's would close the topics before the last command, to stand still, is out.
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     ending = threading.Event()
