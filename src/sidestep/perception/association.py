@@ -13,9 +13,14 @@ LEG_SPREAD = 0.17
 """m; standard deviation per axis of a leg about the middle of its person."""
 STRIDE = 0.65
 """m; two legs farther apart belong to two people."""
+PAIR_DEVIATION = 0.06
+"""m; standard deviation per axis of the middle of two legs about the middle of their person."""
 _GATE = 3.0  # half the squared Mahalanobis distance up to which a leg may belong to a track
 _CROWDING = 0.05  # 1/m²; density of things that look like legs and belong to no track
 _SECOND = 0.5  # cost of taking a second leg, in log likelihood
+_SECOND_EVIDENCE = -1.0  # log likelihood ratio from which something is taken for a second leg
+_PERSON = 1.0  # gain in log likelihood of a leg going to somebody who is known to be a person
+_MIDDLE_GATE = 4.5  # half the squared Mahalanobis distance that two legs' middle may have
 _BOTH = 0.5  # probability of being both legs, from which a cluster needs no second one
 _NEVER = 1e3
 
@@ -38,24 +43,28 @@ def assign_legs(tracks: TrackTable, legs: LegCandidates, evidence: FloatArray) -
     variance = (tracks.covariance[:, 0] + LEG_SPREAD**2)[:, None]
     half = np.sum((legs.positions - predicted) ** 2, axis=2) / (2 * variance)
     cost = half + np.log(2 * np.pi * variance * _CROWDING) - 0.5 * evidence
+    cost -= _PERSON * (tracks.person[:, None] & (evidence > 0.0))
     cost = np.where(half < _GATE, np.minimum(cost, -1e-3), _NEVER)
-    again = np.minimum(cost + _SECOND + 5.0 * (legs.both > _BOTH), _NEVER)
+    unfit = (legs.both > _BOTH) | (evidence < _SECOND_EVIDENCE)
+    again = np.where(unfit, _NEVER, np.minimum(cost + _SECOND, _NEVER))
     alone = np.zeros((2 * len(tracks), 2 * len(tracks)))
     table = np.concatenate((np.concatenate((cost, again)), alone), axis=1)
     for row, column in zip(*linear_sum_assignment(table), strict=True):
         if column < len(legs) and table[row, column] < 0:
             taken[row % len(tracks), row // len(tracks)] = column
-    _tidy(taken, half, legs)
+    _tidy(taken, half, legs, tracks)
     return taken
 
 
-def _tidy(taken: IntArray, half: FloatArray, legs: LegCandidates) -> None:
-    """Put single legs first; drop the farther of two that no stride can span."""
+def _tidy(taken: IntArray, half: FloatArray, legs: LegCandidates, tracks: TrackTable) -> None:
+    """Put single legs first; of two drop the farther, if no stride can span them or their middle lies off the track."""
     only_second = (taken[:, 0] < 0) & (taken[:, 1] >= 0)
     taken[only_second] = taken[only_second][:, ::-1]
     for row in np.flatnonzero(taken[:, 1] >= 0):
         a, b = taken[row]
-        if np.hypot(*(legs.positions[a] - legs.positions[b])) > STRIDE:
+        off = (legs.positions[a] + legs.positions[b]) / 2 - tracks.position[row]
+        middle = np.sum(off**2) / (2 * (tracks.covariance[row, 0] + PAIR_DEVIATION**2))
+        if np.hypot(*(legs.positions[a] - legs.positions[b])) > STRIDE or middle > _MIDDLE_GATE:
             taken[row] = (a if half[row, a] <= half[row, b] else b, -1)
 
 

@@ -11,8 +11,8 @@ from sidestep.types import BoolArray, FloatArray
 
 _BODY = 0.15  # m; half the width of a person's legs
 _NEARER = 0.3  # m; a return this much nearer than a person hides them
-_HIDDEN = 0.6  # share of the beams toward a person that must end on nearer things
-_CHANGED = 0.2  # share of beams that may differ while the scanner stands (people walk through)
+_HIDDEN = 0.6  # share of the beams toward a person that must end on nearer things, or fail
+_CHANGED = 0.4  # share of beams that may differ while the scanner stands (people walk through)
 _SAME_RANGE = (0.05, 0.02)  # m, and share of the range: no change
 _WATCH = 0.4  # s that the scanner must have been watched
 
@@ -36,7 +36,8 @@ def in_view(scan: Scan, positions: FloatArray) -> BoolArray:
             beams %= scan.beams.count
         elif low < 0 or high >= scan.beams.count:
             continue  # leaves the field of view
-        visible[k] = distance[k] < scan.beams.range_max and np.mean(ranges[beams] < distance[k] - _NEARER) < _HIDDEN
+        blind = np.isnan(scan.ranges[beams]) | (ranges[beams] < distance[k] - _NEARER)
+        visible[k] = distance[k] < scan.beams.range_max and np.mean(blind) < _HIDDEN
     return visible
 
 

@@ -42,8 +42,8 @@ class TrackerSettings:
     single_deviation: float = 0.13
     merged_deviation: float = 0.07
     memory: float = 1.0
-    accept: float = 1.2
-    reject: float = -0.5
+    accept: float = 1.4
+    reject: float = 0.0
     pair_bonus: float = 1.0
     unseen_evidence: float = -2.0
     still_weight: float = 1.0
