@@ -16,7 +16,7 @@ from sidestep._kernels.sweep_choices import WORD
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def row_span(field: FloatArray, row: int, start: int, stop: int) -> tuple[int, int]:
     """First column with mass and one past the last within [start, stop); equal if there is none."""
     while start < stop and field[row, start] == 0.0:
@@ -26,7 +26,7 @@ def row_span(field: FloatArray, row: int, start: int, stop: int) -> tuple[int, i
     return start, stop
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def push_separable(
     field: FloatArray,
     section: int,
@@ -104,7 +104,7 @@ def push_separable(
                         o += np.uintp(1)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def push_choices(
     field: FloatArray,
     section: int,
@@ -190,7 +190,7 @@ def push_choices(
                     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _share_out(masks: IntArray, odds: FloatArray, at: int, n: int, share: float, lines: FloatArray) -> None:
     """lines[0] = share / number of choices, for a row of n cells from column `at`."""
     zero = np.uintp(0)
@@ -211,7 +211,7 @@ def _share_out(masks: IntArray, odds: FloatArray, at: int, n: int, share: float,
         lines[zero, c] = share / lines[zero, c]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _scatter(
     field: FloatArray,
     row: int,
@@ -275,7 +275,7 @@ def _scatter(
                         field[o, to + c] += weight * lines[two, c]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_box(
     field: FloatArray, section: int, radius: int, centre: int, dimension: int, target: FloatArray, to_row: int
 ) -> None:
@@ -290,7 +290,7 @@ def add_box(
                 target[o, c] += field[i, c]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_planes(
     field: FloatArray, section: int, half_centre: int, radius: int, dimension: int, flat: FloatArray, start: int
 ) -> None:
@@ -311,7 +311,7 @@ def add_planes(
                     flat[to + two * c] += field[plane, column + c]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def clear_rows(field: FloatArray, section: int, radius: int, centre: int, dimension: int, planes: int) -> None:
     """Set the rows of a section's box to 0 over their whole length."""
     rows = row_count(centre, dimension)
@@ -324,7 +324,7 @@ def clear_rows(field: FloatArray, section: int, radius: int, centre: int, dimens
                 field[i, c] = 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def remove_contact(
     field: FloatArray,
     section: int,

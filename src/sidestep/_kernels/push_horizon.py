@@ -43,6 +43,7 @@ class Conditions(NamedTuple):
         randomness: ω.
         uniform: (3·T, C) 1/T; size 0 if there are walls.
         admissible: choices of a person among walls who acts at random; size 0 if there are none.
+        all_used: (3·T,) ones.
         same: (3, T, T) identity.
         centre: anchor's index in sections of mass.
         middle: in tables.
@@ -60,6 +61,7 @@ class Conditions(NamedTuple):
     randomness: float
     uniform: FloatArray
     admissible: Choices
+    all_used: FloatArray
     same: FloatArray
     centre: int
     middle: int
@@ -71,7 +73,23 @@ class Conditions(NamedTuple):
     offsets: IntArray
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _read_actions(
+    field: FloatArray, section: int, centre: int, reach: int, dimension: int, weight: float, actions: FloatArray
+) -> None:
+    """After one step from the anchor, the mass in each cell is the probability of the action that leads there."""
+    rows = row_count(centre, dimension)
+    c0, c1 = axis_radius(centre, dimension)
+    r0, r1 = axis_radius(reach, dimension)
+    a = 0
+    for i0 in range(c0 - r0, c0 + r0 + 1):
+        for i1 in range(c1 - r1, c1 + r1 + 1):
+            for i2 in range(centre - reach, centre + reach + 1):
+                actions[a] = field[section + i0 * rows + i1, i2] / weight
+                a += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def propagate(
     behaviour: Behaviour,
     given: Conditions,
@@ -85,6 +103,7 @@ def propagate(
     occupancy: FloatArray,
     contact: FloatArray,
     halves: FloatArray,
+    actions: FloatArray,
 ) -> bool:
     """Push one hypothesis from instant `first` to `last` and add it to the results.
 
@@ -101,6 +120,7 @@ def propagate(
         occupancy: ((N+1)·rows, C), added to; or size 0.
         contact: (N,) first-passage probability, added to.
         halves: flat mid-step masses, added to; or size 0.
+        actions: (n,) written at the first step: P(u | x; goal, β) at the anchor (Eq. 4); or size 0.
 
     Returns:
         whether some mass has touched the robot: living mass is then kept apart.
@@ -134,7 +154,7 @@ def propagate(
                 choices = behaviour.undisturbed
             if part == 3:
                 share, choices, mixture = given.randomness, given.admissible, given.same
-                tables, used = given.uniform, np.ones(given.uniform.shape[0])
+                tables, used = given.uniform, given.all_used
             by_tables = part >= 2 and tables.size > 0
             by_choices = part == 0 or (part == 1 and behaviour.tables.size == 0) or (part == 3 and tables.size == 0)
             if share == 0.0:
@@ -157,6 +177,8 @@ def propagate(
                     field, source, reach * k, centre, tables, used, given.middle, share, d, factor, target, target_centre,
                     lines,
                 )  # fmt: skip
+        if k == 0 and actions.size > 0:
+            _read_actions(field, there, centre, reach, d, weight, actions)
         if occupancy.size > 0:
             add_box(field, there, box, centre, d, occupancy, (k + 1) * rows)
         if half >= 0:

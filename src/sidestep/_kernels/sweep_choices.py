@@ -47,7 +47,7 @@ class ValueScratch(NamedTuple):
     lines: Values
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _mark_row(
     cost: Values, first: int, stride: int, start: int, width: int, taps: Values, dimension: int, tolerance: float,
     lines: Values, masks: IntArray, column: int,
@@ -80,7 +80,7 @@ def _mark_row(
             masks[word, to + c] |= bit if tap + cost[i, begin + c] <= lines[zero, c] else none
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _weigh_row(
     cost: Values, first: int, stride: int, start: int, width: int, taps: Values, dimension: int, rationality: float,
     odds: FloatArray, column: int,
@@ -104,7 +104,7 @@ def _weigh_row(
                     odds[a, column + c] /= total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _heed_walls(
     free: BoolArray,
     row: int,
@@ -149,7 +149,7 @@ def _heed_walls(
         masks[actions // 2 // WORD, cell] = np.int64(1) << np.int64(actions // 2 % WORD)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def choose(
     costs: CostTables,
     taps: Values,
@@ -184,7 +184,7 @@ def choose(
         free: cells a person may occupy, laid out as values, or size 0.
         mixture: (3, T, T) what a chosen component stands for.
         scratch: for values.
-        choices: cleared by the caller, written to.
+        choices: written to.
     """
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
@@ -213,6 +213,9 @@ def choose(
             row = (c0 - b0 + i0) * rows + c1 - b1 + i1
             at = choices.offsets[k] + line * width
             corner, start = row - r0 * rows - r1, centre - radius - taps.shape[2] // 2
+            for word in range(np.uintp(choices.masks.shape[0])):
+                for c in range(np.uintp(at), np.uintp(at + width if choices.odds.size == 0 else at)):
+                    choices.masks[word, c] = 0
             if choices.odds.size > 0:
                 _weigh_row(cost, corner, rows, start, width, taps, dimension, rationality, choices.odds, at)
             else:
@@ -224,7 +227,7 @@ def choose(
                     _heed_walls(free, row, rows, centre - radius + c, mixture, dimension, choices, at + c)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def mark_admissible(free: BoolArray, centre: int, dimension: int, reach: int, radius: int, masks: IntArray) -> None:
     """Bits of the actions that end in a free cell, for the box of `radius`; where there is none, of the action "stay"."""
     rows, count = row_count(centre, dimension), 2 * reach + 1

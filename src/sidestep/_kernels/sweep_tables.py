@@ -9,29 +9,69 @@ from sidestep._kernels.sweep import Values, axis_radius, row_count
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True)
-def danger_factors(
-    path: FloatArray, spacing: float, weight: float, rate: float, centre: int, dimension: int, out: Values
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_out_danger(
+    world: FloatArray,
+    origin: FloatArray,
+    rotation: FloatArray,
+    spacing: float,
+    weight: float,
+    rate: float,
+    squared: bool,
+    centre: int,
+    reach: int,
+    steps: int,
+    lead: int,
+    path: FloatArray,
+    bounds: FloatArray,
+    axes: Values,
 ) -> None:
-    """Decay with the squared distance: weight · Π_a exp(−rate · (x_a − r_a)²), per axis into `out` (3·T, C).
+    """Where the robot is in the lattice's frame, the most that it can cost anybody, and its danger where that separates.
 
-    `path` (T, 3) m, the robot in the lattice's frame.
+    Args:
+        world: (≥ T, d) m, positions of the robot.
+        origin: (d,) m, the lattice's anchor.
+        rotation: (d, d), its axes.
+        spacing: m.
+        weight: of the danger.
+        rate: 1/m² or 1/m.
+        squared: decay with the squared distance: weight · Π_a exp(−rate · (x_a − r_a)²).
+        centre: index of the anchor in `axes`.
+        reach: largest action in cells.
+        steps: M.
+        lead: 1 if the robot is anticipated, 0 if it is taken to stay where it is.
+        path: (T, 3) m, written: 0 on the axes that only pad.
+        bounds: (N,) written: most danger on any walk of policy k.
+        axes: (3·T, C), written if `squared`.
     """
+    d = origin.size
     for t in range(path.shape[0]):
         for axis in range(3):
-            scale = weight if axis == 0 else 1.0
-            if axis < 3 - dimension:
-                out[3 * t + axis, 0] = scale
+            path[t, axis] = 0.0
+            if axis >= 3 - d:
+                for b in range(d):
+                    path[t, axis] += (world[t, b] - origin[b]) * rotation[b, axis - 3 + d]
+            if not squared:
                 continue
-            for c in range(out.shape[1]):
-                gap = spacing * (c - centre) - path[t, axis]
-                out[3 * t + axis, c] = scale * np.exp(-rate * gap * gap)
+            scale = weight if axis == 0 else 1.0
+            for c in range(axes.shape[1] if axis >= 3 - d else 1):
+                gap = spacing * (c - centre) - path[t, axis] if axis >= 3 - d else 0.0
+                axes[3 * t + axis, c] = scale * np.exp(-rate * gap * gap)
+    for k in range(bounds.size):
+        bounds[k] = 0.0
+        for t in range(k + lead, k + lead + steps):
+            far = 0.0
+            for axis in range(3):
+                far += max(abs(path[t, axis]) - reach * (t + 1 - lead) * spacing, 0.0) ** 2
+            bounds[k] += weight * np.exp(-rate * (far if squared else np.sqrt(far)))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def danger_tables(
     path: FloatArray,
-    radii: IntArray,
+    radius: int,
+    reach: int,
+    lead: int,
     spacing: float,
     weight: float,
     rate: float,
@@ -39,23 +79,100 @@ def danger_tables(
     dimension: int,
     out: Values,
 ) -> None:
-    """Decay with the distance itself: weight · exp(−rate · ‖x − r‖), instant t on the box of radii[t]; (T·rows, C)."""
+    """Decay with the distance itself: weight · exp(−rate · ‖x − r‖), at every instant on the box that is read; (T·rows, C)."""
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     for t in range(path.shape[0]):
+        box = min(radius + reach * (t + 1 - lead), centre)
         first = t * (2 * c0 + 1) * rows
-        b0, b1 = axis_radius(radii[t], dimension)
+        b0, b1 = axis_radius(box, dimension)
         for i0 in range(-b0, b0 + 1):
             for i1 in range(-b1, b1 + 1):
                 g0, g1 = spacing * i0 - path[t, 0], spacing * i1 - path[t, 1]
                 row = first + (c0 + i0) * rows + c1 + i1
-                for i2 in range(-radii[t], radii[t] + 1):
+                for i2 in range(-box, box + 1):
                     g2 = spacing * i2 - path[t, 2]
                     distance = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
                     out[row, centre + i2] = weight * np.exp(-rate * distance)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
+def lay_out_actions(
+    effort: FloatArray,
+    pull: FloatArray,
+    intended: FloatArray,
+    speed: float,
+    mixing: bool,
+    rationality: float,
+    tolerance: float,
+    taps: FloatArray,
+    mixture: FloatArray,
+    tables: FloatArray,
+) -> float:
+    """Cost of the components of all actions, and what is chosen where the goal is a direction and nothing is in the way.
+
+    Args:
+        effort: (d,) weight θ2 per axis.
+        pull: (d,) cost per cell that an action falls short of the intended one, and per instant that this lasts.
+        intended: (d,) intended velocity in units of v.
+        speed: m/s, v.
+        mixing: the best component stands for the mixture of the two around the intended one that has it as its mean.
+        rationality: of Eq. 5, or inf.
+        tolerance: relative; costs this close are tied.
+        taps: (M, 3, T), written; 0 on the axes that only pad.
+        mixture: (3, T, T), written: what a chosen component stands for.
+        tables: (3·T, C), written: probability of each component where nothing is in the way, the same in every cell.
+
+    Returns:
+        by how much the best components are better than any other; 0 if they are not unique, or if not `mixing`.
+    """
+    steps, _, count = taps.shape
+    reach, d = count // 2, effort.size
+    margin = np.inf if mixing else 0.0
+    chosen = np.zeros(count)
+    for axis in range(3):
+        a, chosen[:] = axis - 3 + d, 0.0
+        for u in range(count):
+            for v in range(count):
+                mixture[axis, u, v] = 1.0 if u == v else 0.0
+            for j in range(steps):
+                taps[j, axis, u] = 0.0
+                if a >= 0:
+                    short = abs(intended[a] - (u - reach))
+                    taps[j, axis, u] = effort[a] * ((u - reach) * speed) ** 2 + (steps - j) * pull[a] * short
+        if a < 0:
+            chosen[reach] = 1.0
+        elif mixing:
+            low = min(int(np.floor(intended[a])), reach - 1)
+            chosen[low + reach], chosen[low + 1 + reach] = low + 1 - intended[a], intended[a] - low
+            margin = min(margin, _mix(taps[0, axis], tolerance, chosen, mixture[axis]))
+        else:
+            best = taps[0, axis].min()
+            for u in range(count):
+                gap = taps[0, axis, u] - best
+                chosen[u] = (
+                    np.exp(-rationality * gap) if np.isfinite(rationality) else 1.0 * (gap <= tolerance * best + 1e-12)
+                )
+            chosen /= chosen.sum()
+        for u in range(count):
+            tables[axis * count + u] = chosen[u]
+    return margin
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mix(costs: FloatArray, tolerance: float, chosen: FloatArray, mixture: FloatArray) -> float:
+    """Let the best components of one axis stand for `chosen`; how much the next is worse, 0 if there are several best."""
+    best, margin, tied = costs.min(), np.inf, 0
+    for u in range(costs.size):
+        if costs[u] <= best + tolerance * best + 1e-12:
+            mixture[u] = chosen
+            tied += 1
+        else:
+            margin = min(margin, costs[u] - best)
+    return margin if tied == 1 else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def axis_policies(
     goal_axes: FloatArray,
     taps: FloatArray,
@@ -93,7 +210,7 @@ def axis_policies(
             )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _spread_over_minimisers(
     values: FloatArray,
     at: int,

@@ -7,13 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep._kernels.sweep import CostTables, Values
-from sidestep._kernels.sweep_tables import danger_factors, danger_tables
+from sidestep._kernels.sweep import Values
+from sidestep._kernels.sweep_tables import danger_tables, lay_out_actions, lay_out_danger
 from sidestep.errors import InvalidInput
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
-from sidestep.types import BoolArray, FloatArray, IntArray
+from sidestep.types import BoolArray, FloatArray
+
+TIE = 1e-6
+"""Relative; costs this close are tied (float64 values)."""
+TIE_SINGLE = 2e-6
+"""The same for float32 values, whose rounding over 50 stages reaches this size."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +52,11 @@ class CostGrid:
         return self.lattice.spacing / self.time_step
 
     @property
+    def tolerance(self) -> float:
+        """Relative width of a tie."""
+        return TIE if self.dtype == np.float64 else TIE_SINGLE
+
+    @property
     def shape(self) -> tuple[int, int]:
         """(rows, columns) of value arrays."""
         return row_shape(2 * self.centre + 1, self.dimension)
@@ -59,10 +69,11 @@ def row_shape(width: int, dimension: int) -> tuple[int, int]:
 
 def per_axis(name: str, weight: float | tuple[float, ...], dimension: int) -> FloatArray:
     """One number or one per lattice axis → (d,)."""
-    values = np.atleast_1d(np.asarray(weight, dtype=np.float64))
-    if values.size not in (1, dimension):
+    if not isinstance(weight, tuple):
+        return np.full(dimension, float(weight))
+    if len(weight) not in (1, dimension):
         raise InvalidInput(f"human.{name}", weight, f"one number or {dimension}, one per axis")
-    return np.broadcast_to(values, (dimension,)).astype(np.float64)
+    return np.array(weight * (dimension // len(weight)), dtype=np.float64)
 
 
 def danger_law(model: HumanModel) -> tuple[float, float]:
@@ -74,111 +85,119 @@ def danger_law(model: HumanModel) -> tuple[float, float]:
     return weight / math.sqrt(widened), rate / widened  # E exp(−θ4 (d+ε)²)
 
 
-def action_costs(model: HumanModel, goal: Goal, grid: CostGrid) -> Values:
-    """Cost of each component m·v of action j: (M, 3, T), T = 2·reach + 1.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActionTerms:
+    """Cost of actions, and what follows from it alone.
 
-    Effort θ2·(m·v)². A `DirectionGoal` adds its pull here. The stage cost −θ1·d̂·x (d̂ the unit direction), summed over the
-    M − j instants that action j still acts on, is θ1·(M − j)·ΔT·d̂_a·(w_a − m·v) per axis up to a constant, w the intended
-    velocity; we charge its magnitude. For a person at the fastest action straight along an axis that is the linear cost itself;
-    for any other velocity it keeps the pull from ending in a corner of the box of actions: nobody gains by hurrying.
+    Attributes:
+        taps: (M, 3, T) cost of each component m·v of action j, T = 2·reach + 1; grid's dtype.
+        mixture: (3, T, T) what a chosen component stands for (identity but for a `DirectionGoal`, see `human.policy`).
+        tables: (3·T, C) for a `DirectionGoal`, P_d per axis where nothing is in the way; else meaningless.
+        margin: how much the best components of a `DirectionGoal` are better than any other; 0 if they are not unique.
     """
-    d, reach, steps = grid.dimension, grid.reach, grid.steps
-    taps = np.zeros((steps, 3, 2 * reach + 1))
-    multiples = np.arange(-reach, reach + 1)
-    taps[:, 3 - d :] = per_axis("effort_weight", model.effort_weight, d)[:, None] * (multiples * grid.speed) ** 2
-    if isinstance(goal, DirectionGoal):
-        intended = intended_multiples(goal, grid)
-        norm = float(np.linalg.norm(intended))
+
+    taps: Values
+    mixture: FloatArray
+    tables: FloatArray
+    margin: float
+
+
+def action_terms(model: HumanModel, goal: Goal, grid: CostGrid, width: int) -> ActionTerms:
+    """Lay out the costs of actions: effort θ2·(m·v)² per component; `tables` get `width` columns.
+
+    A `DirectionGoal` adds its pull here. The stage cost −θ1·d̂·x (d̂ the unit direction), summed over the M − j instants that
+    action j still acts on, is θ1·(M − j)·ΔT·d̂_a·(w_a − m·v) per axis up to a constant, w the intended velocity; we charge its
+    magnitude. For a person at the fastest action straight along an axis that is the linear cost itself; for any other
+    velocity it keeps the pull from ending in a corner of the box of actions: nobody gains by hurrying.
+    """
+    d, reach = grid.dimension, grid.reach
+    count = 2 * reach + 1
+    direction = isinstance(goal, DirectionGoal)
+    intended, pull = np.zeros(d), np.zeros(d)
+    if direction:
+        intended = np.minimum(np.maximum(goal.velocity @ grid.lattice.rotation / grid.speed, -reach), reach)
+        norm = math.sqrt(intended @ intended)
         if norm > 0:
-            pull = per_axis("goal_weight", model.goal_weight, d) * np.abs(intended) / norm * grid.lattice.spacing
-            remaining = np.arange(steps, 0, -1)[:, None, None]
-            taps[:, 3 - d :] += remaining * pull[:, None] * np.abs(intended[:, None] - multiples)
-    return taps.astype(grid.dtype)
+            weight = per_axis("goal_weight", model.goal_weight, d)
+            pull = np.abs(intended) * weight * (grid.lattice.spacing / norm)
+    taps = np.empty((grid.steps, 3, count))
+    mixture, tables = np.empty((3, count, count)), np.empty((3 * count, width))
+    margin = lay_out_actions(
+        per_axis("effort_weight", model.effort_weight, d), pull, intended, grid.speed,
+        direction and math.isinf(model.rationality), float(model.rationality), grid.tolerance, taps, mixture, tables,
+    )  # fmt: skip
+    return ActionTerms(taps=taps.astype(grid.dtype, copy=False), mixture=mixture, tables=tables, margin=margin)
 
 
-def intended_multiples(goal: DirectionGoal, grid: CostGrid) -> FloatArray:
-    """(d,) the goal's velocity in the lattice's frame, in units of v, within the actions."""
-    local = goal.velocity @ grid.lattice.rotation
-    return np.clip(local / grid.speed, -grid.reach, grid.reach)
-
-
-def stage_costs(
-    model: HumanModel,
-    goal: Goal,
-    grid: CostGrid,
-    danger: tuple[Values, Values],
-    free: BoolArray | None = None,
-) -> CostTables:
-    """Goal term of `goal` beside the `danger` of `danger_terms`; +inf where `free` (grid.shape) is False."""
+def goal_terms(model: HumanModel, goal: Goal, grid: CostGrid, free: BoolArray | None = None) -> tuple[Values, Values]:
+    """Goal term (axes (3, C), table (rows, C) or of size 0) of Eq. 2a; +inf where `free` (grid.shape) is False."""
     d, spacing, centre = grid.dimension, grid.lattice.spacing, grid.centre
     axes = np.zeros((3, 2 * centre + 1))
     table = np.zeros((0, 0))
     if isinstance(goal, PointGoal):
         weight = per_axis("goal_weight", model.goal_weight, d)
-        to_goal = spacing * np.arange(-centre, centre + 1) - grid.lattice.to_local(goal.position)[:, None]
+        to_goal = grid.lattice.to_local(goal.position)[:, None] - spacing * np.arange(-centre, centre + 1)
         if model.goal_cost == "squared":
-            axes[3 - d :] = weight[:, None] * to_goal**2  # ‖x − g‖²_θ1
+            np.multiply(weight[:, None], to_goal * to_goal, out=axes[3 - d :])  # ‖x − g‖²_θ1
         else:
             table = np.sqrt(_outer_sum((weight[:, None] * to_goal) ** 2, grid))  # θ1 ‖x − g‖
     if free is not None:
         if table.size == 0:
             table = _outer_sum(axes[3 - d :], grid)
         table = np.where(free, table, np.inf)
-    return CostTables(axes.astype(grid.dtype), table.astype(grid.dtype), danger[0], danger[1])
+    return axes.astype(grid.dtype, copy=False), table.astype(grid.dtype, copy=False)
 
 
 def _outer_sum(axes: FloatArray, grid: CostGrid) -> FloatArray:
     d = grid.dimension
-    total = np.zeros((2 * grid.centre + 1,) * d)
+    total = np.zeros((1,) * d)
     for a in range(d):
         shape = [1] * d
         shape[a] = -1
-        total += axes[a].reshape(shape)
+        total = total + axes[a].reshape(shape)
     return total.reshape(grid.shape)
 
 
-def danger_terms(model: HumanModel, path: FloatArray, radii: IntArray, grid: CostGrid) -> tuple[Values, Values]:
-    """Danger at every instant: (axes (3·T, C), table (T·rows, C)); the one that the decay does not need is minimal.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DangerTerms:
+    """Danger at every instant of the robot's path; the form that the decay does not need is minimal.
 
-    Args:
-        path: (T, 3) m, see `embedded_path`.
-        radii: (T,) cells, the box that is ever read at each instant.
+    Attributes:
+        path: (T, 3) m, the robot in the lattice's frame, 0 on the axes that only pad.
+        bounds: (N,) most danger on any walk of policy k.
+        axes: (3·T, C), see `CostTables`.
+        table: (T·rows, C).
     """
-    weight, rate = danger_law(model)
-    width = 2 * grid.centre + 1
-    if model.danger_decay == "squared_distance":
-        axes = np.empty((3 * len(path), width), grid.dtype)
-        danger_factors(path, grid.lattice.spacing, weight, rate, grid.centre, grid.dimension, axes)
-        return axes, np.zeros((0, 0), grid.dtype)
-    table = np.empty((len(path) * grid.shape[0], grid.shape[1]), grid.dtype)
-    danger_tables(path, radii, grid.lattice.spacing, weight, rate, grid.centre, grid.dimension, table)
-    return np.ones((3, 1), grid.dtype), table
+
+    path: FloatArray
+    bounds: FloatArray
+    axes: Values
+    table: Values
 
 
-def embedded_path(lattice: Lattice, robot_path: FloatArray) -> FloatArray:
-    """World positions (T, d) m → (T, 3) m in the lattice's frame, 0 on the axes that only pad."""
-    path = np.zeros((len(robot_path), 3))
-    path[:, 3 - lattice.dimension :] = lattice.to_local(robot_path)
-    return path
-
-
-def danger_bounds(
-    model: HumanModel, path: FloatArray, grid: CostGrid, horizon: int, lead: int
-) -> tuple[IntArray, FloatArray]:
-    """(radii (T,), bounds (horizon,)): cells that are read at each instant, and the most danger on any walk of policy k.
+def danger_terms(
+    model: HumanModel, world: FloatArray, grid: CostGrid, horizon: int, lead: int, radius: int = 0
+) -> DangerTerms:
+    """Lay out the danger term of Eq. 2a.
 
     Args:
         model: how the person decides.
-        path: (T, 3) m, see `embedded_path`.
+        world: (T, d) m, the robot, instant 0 first; no more positions than policies read.
         grid: cells and stages.
-        horizon: policies wanted.
+        horizon: N, policies.
         lead: 1 if the robot is anticipated, 0 if it is taken to stay where it is.
+        radius: cells a person can be in at instant 0.
     """
-    radii = np.minimum(grid.reach * (np.arange(len(path)) + 1 - lead), grid.centre)
     weight, rate = danger_law(model)
-    gap = np.maximum(np.abs(path) - radii[:, None] * grid.lattice.spacing, 0.0)
-    squared = np.einsum("ta,ta->t", gap, gap)
-    most = weight * np.exp(-rate * (squared if model.danger_decay == "squared_distance" else np.sqrt(squared)))
-    total = np.concatenate([[0.0], np.cumsum(most)])
-    first = np.arange(horizon) + lead
-    return radii, total[first + grid.steps] - total[first]
+    squared = model.danger_decay == "squared_distance"
+    lattice = grid.lattice
+    path, bounds = np.empty((len(world), 3)), np.empty(horizon)
+    axes = np.empty((3 * len(world), 2 * grid.centre + 1), grid.dtype) if squared else np.ones((3, 1), grid.dtype)
+    lay_out_danger(
+        world, lattice.origin, lattice.rotation, lattice.spacing, weight, rate, squared, grid.centre, grid.reach,
+        grid.steps, lead, path, bounds, axes,
+    )  # fmt: skip
+    table = np.empty((0 if squared else len(world) * grid.shape[0], grid.shape[1]), grid.dtype)
+    if not squared:
+        danger_tables(path, radius, grid.reach, lead, lattice.spacing, weight, rate, grid.centre, grid.dimension, table)
+    return DangerTerms(path=path, bounds=bounds, axes=axes, table=table)

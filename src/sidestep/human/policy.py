@@ -6,97 +6,34 @@ robot is taken to stay where it is at k, otherwise it is anticipated. One sweep 
 A `DirectionGoal` whose velocity lies between actions is kept on average: its deliberate action is the mixture of the two
 neighbouring actions per axis that has exactly that mean. A person who minds the robot deviates per axis: along an axis where
 the best component is the undisturbed one there is no reason to deviate, and the mixture stays; elsewhere the best component
-itself is taken. So β = 0 and β = 1 agree exactly where the robot does not matter.
+itself is taken. So β = 0 and β = 1 agree exactly where the robot does not matter. A finite rationality spreads the choice by
+itself: then Eq. 5's Boltzmann form is kept as it is.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from sidestep._kernels.sweep import CostTables, Values, sweep
 from sidestep._kernels.sweep_choices import WORD, Choices, ValueScratch, choose, mark_admissible
 from sidestep._kernels.sweep_tables import axis_policies
 from sidestep.errors import InvalidInput
-from sidestep.human.cost import CostGrid, action_costs, danger_terms, embedded_path, intended_multiples, stage_costs
+from sidestep.human.cost import TIE, ActionTerms, CostGrid, DangerTerms, action_terms, danger_terms, goal_terms
 from sidestep.human.goals import DirectionGoal, Goal, StandGoal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
-from sidestep.types import BoolArray, FloatArray, IntArray
-
-TIE = 1e-6
-"""Relative; costs this close are tied (float64 values)."""
-TIE_SINGLE = 2e-6
-"""The same for float32 values, whose rounding over 50 stages reaches this size."""
+from sidestep.types import BoolArray, FloatArray
 
 
 def look_ahead(model: HumanModel, horizon: int) -> tuple[int, int]:
     """(M, lead): actions that a person looks ahead, and 1 if they anticipate the robot's motion (N_H ≥ 1), else 0."""
     prediction = horizon if model.horizon is None else model.horizon
     return max(prediction, 1), min(prediction, 1)
-
-
-def tolerance(grid: CostGrid) -> float:
-    """Relative width of a tie for the grid's dtype."""
-    return TIE if grid.dtype == np.float64 else TIE_SINGLE
-
-
-def mixtures(model: HumanModel, goal: Goal, grid: CostGrid, taps: Values) -> tuple[FloatArray, float]:
-    """What a chosen component stands for, (3, T, T), and the undisturbed choice's margin over the next (0: not unique).
-
-    Identity, except for the undisturbed component of a `DirectionGoal`: the two neighbours of its intended velocity, weighted
-    so that their mean is exactly that. A finite rationality spreads the choice by itself: Eq. 5's Boltzmann form is kept.
-    """
-    count = 2 * grid.reach + 1
-    mixture = np.zeros((3, count, count))
-    mixture[:, np.arange(count), np.arange(count)] = 1.0
-    if not isinstance(goal, DirectionGoal) or math.isfinite(model.rationality):
-        return mixture, 0.0
-    margin = math.inf
-    for axis, w in enumerate(intended_multiples(goal, grid), start=3 - grid.dimension):
-        cost = [float(c) for c in taps[0, axis]]
-        best = min(cost)
-        limit = best * (1 + tolerance(grid)) + 1e-12
-        margin = min(margin, min((c for c in cost if c > limit), default=math.inf) - best)
-        tied = [m for m, c in enumerate(cost) if c <= limit]
-        if len(tied) > 1:
-            margin = 0.0
-        low = min(math.floor(w), grid.reach - 1)
-        for m in tied:
-            mixture[axis, m, m] = 0.0
-            mixture[axis, m, low + grid.reach] = low + 1 - w
-            mixture[axis, m, low + 1 + grid.reach] = w - low
-    return mixture, margin
-
-
-def undisturbed_tables(
-    model: HumanModel, goal: Goal, grid: CostGrid, taps: Values, costs: CostTables, mixture: FloatArray, radius: int
-) -> FloatArray:
-    """P_d of the undisturbed person per axis, (3·T, 2·radius + 1), where it is separable; size 0 where it is not."""
-    d, reach = grid.dimension, grid.reach
-    count, width = 2 * reach + 1, 2 * radius + 1
-    if isinstance(goal, StandGoal):
-        return constant_tables(np.eye(count)[[reach] * 3], width)
-    if costs.goal_table.size > 0:
-        return np.zeros((0, 0))
-    if isinstance(goal, DirectionGoal):
-        chosen = mixture[[0, 1, 2], np.argmin(taps[0], axis=1)]
-        if math.isfinite(model.rationality):
-            first = taps[0].astype(np.float64)
-            chosen = np.exp(-model.rationality * (first - first.min(axis=1, keepdims=True)))
-            chosen /= chosen.sum(axis=1, keepdims=True)
-        return constant_tables(chosen, width)
-    tables = np.zeros((3 * count, width))
-    axes, first = costs.goal_axes.astype(np.float64, copy=False), taps.astype(np.float64, copy=False)
-    axis_policies(axes, first, radius, grid.centre, d, TIE, float(model.rationality), tables)
-    return tables
-
-
-def constant_tables(rows: FloatArray, width: int) -> FloatArray:
-    """Probabilities (3, T) that hold in every cell → (3·T, width)."""
-    return np.repeat(rows.reshape(-1, 1), width, axis=1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,9 +43,8 @@ class GoalPolicy:
     Attributes:
         grid: cells and stages.
         costs: stage costs on it.
-        taps: (M, 3, T) cost of the components of the M actions ahead.
-        mixture: (3, T, T) what a chosen component stands for.
-        tables: (3·T, 2·radius + 1) undisturbed P_d per axis where it is separable; size 0 where it is not.
+        actions: costs of actions.
+        tables: (3·T, 2·radius + 1) P_d of the undisturbed person per axis where it is separable; size 0 where it is not.
         differs: (N,) False where the danger provably changes no action of policy k.
         free: grid.shape, or size 0.
         rationality: of Eq. 5.
@@ -116,63 +52,33 @@ class GoalPolicy:
 
     grid: CostGrid
     costs: CostTables
-    taps: Values
-    mixture: FloatArray
+    actions: ActionTerms
     tables: FloatArray
     differs: BoolArray
     free: BoolArray
     rationality: float
 
-    def concerned(self, first: int, last: int, lead: int, scratch: ValueScratch) -> Choices:
-        """Sweep the policies first ≤ k < last of the person who minds the robot, each for the cells that can be reached by then."""
-        radii = self.grid.reach * np.arange(len(self.differs))
-        sizes = np.where(self.differs, (2 * radii + 1) ** self.grid.dimension, 0)
-        sizes[:first] = 0
-        sizes[last:] = 0
-        ends = np.cumsum(sizes)
-        choices = self._no_choices(radii, ends - sizes, int(ends[-1]))
-        self._choose(True, lead, first, last, self.differs, scratch, choices)
-        return choices
+    @property
+    def layers(self) -> int:
+        """How often masks must hold all actions: twice where mixtures may lead into walls."""
+        identity = np.all(np.diagonal(self.actions.mixture, axis1=1, axis2=2) == 1.0)
+        return 1 if self.free.size == 0 or identity else 2
 
-    def undisturbed(self, radius: int, scratch: ValueScratch) -> Choices:
-        """Sweep the one policy of the person who does not mind the robot, where it is not separable."""
-        horizon = len(self.differs)
-        offsets = np.zeros(horizon, np.int64)
-        if self.tables.size > 0:
-            return self._no_choices(offsets, offsets, 0)
-        radii = np.full(horizon, radius)
-        choices = self._no_choices(radii, offsets, (2 * radius + 1) ** self.grid.dimension)
-        self._choose(False, 0, 0, 1, np.ones(1, np.bool_), scratch, choices)
-        return choices
-
-    def _no_choices(self, radii: IntArray, offsets: IntArray, cells: int) -> Choices:
-        actions = (2 * self.grid.reach + 1) ** self.grid.dimension
-        words = -(-actions // WORD)
-        if math.isfinite(self.rationality):
-            return Choices(radii, offsets, words, np.zeros((words, 0), np.int64), np.zeros((actions, cells)))
-        layers = 1 if self.free.size == 0 or _is_identity(self.mixture) else 2
-        return Choices(radii, offsets, words, np.zeros((layers * words, cells), np.int64), np.zeros((0, 0)))
-
-    def _choose(
-        self, danger: bool, lead: int, first: int, last: int, wanted: BoolArray, scratch: ValueScratch, choices: Choices
+    def sweep(
+        self, danger: bool, first: int, last: int, lead: int, wanted: BoolArray, scratch: ValueScratch, choices: Choices
     ) -> None:
-        grid = self.grid
+        """Write the choices of the policies first ≤ k < last that are `wanted`, with the danger term or without."""
         choose(
-            self.costs, self.taps, danger, lead, first, last, wanted, grid.centre, grid.dimension, tolerance(grid),
-            self.rationality, self.free, self.mixture, scratch, choices,
+            self.costs, self.actions.taps, danger, lead, first, last, wanted, self.grid.centre, self.grid.dimension,
+            self.grid.tolerance, self.rationality, self.free, self.actions.mixture, scratch, choices,
         )  # fmt: skip
-
-
-def _is_identity(mixture: FloatArray) -> bool:
-    return bool(np.all(np.diagonal(mixture, axis1=1, axis2=2) == 1.0))
 
 
 def policy_of(
     model: HumanModel,
     goal: Goal,
     grid: CostGrid,
-    danger: tuple[Values, Values],
-    bounds: FloatArray,
+    danger: DangerTerms,
     free: BoolArray | None,
     radius: int,
 ) -> GoalPolicy:
@@ -183,41 +89,65 @@ def policy_of(
         goal: what they are heading for.
         grid: cells and stages.
         danger: from `danger_terms`.
-        bounds: (N,) most that the danger can add to any cost of policy k.
         free: grid.shape, or None.
         radius: cells a person can be in when they choose.
     """
-    taps = action_costs(model, goal, grid)
-    costs = stage_costs(model, goal, grid, danger, free)
-    mixture, margin = mixtures(model, goal, grid, taps)
-    differs = bounds > 0
+    actions = action_terms(model, goal, grid, 2 * radius + 1)
+    axes, table = goal_terms(model, goal, grid, free)
+    differs = danger.bounds > 0
     if isinstance(goal, StandGoal):
-        differs = np.zeros(len(bounds), np.bool_)
-    elif margin > 0 and free is None:
-        # Danger ≥ 0: the undisturbed choice costs at most `bounds` more, every other at least `margin` more than it did.
-        best = float(taps.min(axis=2).sum())
-        differs = bounds >= margin - 10 * tolerance(grid) * (best + margin)
+        differs = np.zeros(len(differs), np.bool_)
+    elif actions.margin > 0 and free is None:
+        # Danger ≥ 0: the undisturbed choice costs at most the bound more, every other at least the margin more than it did.
+        best = float(actions.taps.min(axis=2).sum())
+        differs = danger.bounds >= actions.margin - 10 * grid.tolerance * (best + actions.margin)
     return GoalPolicy(
         grid=grid,
-        costs=costs,
-        taps=taps,
-        mixture=mixture,
-        tables=undisturbed_tables(model, goal, grid, taps, costs, mixture, radius),
+        costs=CostTables(axes, table, danger.axes, danger.table),
+        actions=actions,
+        tables=_undisturbed_tables(model, goal, grid, actions, axes, table, radius),
         differs=differs,
         free=np.zeros((0, 0), np.bool_) if free is None else free,
         rationality=float(model.rationality),
     )
 
 
-def admissible_actions(grid: CostGrid, free: BoolArray | None, horizon: int) -> Choices:
-    """Return the choices of a person among walls who acts at random; empty if there are none."""
-    radius = grid.reach * (horizon - 1)
-    actions = (2 * grid.reach + 1) ** grid.dimension
-    words = -(-actions // WORD)
-    cells = 0 if free is None else (2 * radius + 1) ** grid.dimension
-    masks = np.zeros((words, cells), np.int64)
-    if free is not None:
-        mark_admissible(free, grid.centre, grid.dimension, grid.reach, radius, masks)
+def _undisturbed_tables(
+    model: HumanModel, goal: Goal, grid: CostGrid, actions: ActionTerms, axes: Values, table: Values, radius: int
+) -> FloatArray:
+    if isinstance(goal, StandGoal):
+        tables = np.zeros_like(actions.tables)
+        tables[grid.reach :: 2 * grid.reach + 1] = 1.0
+        return tables
+    if table.size > 0:
+        return actions.tables[:0]
+    if isinstance(goal, DirectionGoal):
+        return actions.tables
+    tables = np.zeros_like(actions.tables)
+    axes, taps = axes.astype(np.float64, copy=False), actions.taps.astype(np.float64, copy=False)
+    axis_policies(axes, taps, radius, grid.centre, grid.dimension, TIE, float(model.rationality), tables)
+    return tables
+
+
+def words_of(reach: int, dimension: int) -> int:
+    """Words that hold one bit per action."""
+    return -(-((2 * reach + 1) ** dimension) // WORD)
+
+
+def boxes(radii: list[int], dimension: int, words: int, rows: int) -> Choices:
+    """Return cleared choices for boxes of these radii, one after another."""
+    sizes = [(2 * r + 1) ** dimension for r in radii]
+    ends = np.cumsum(sizes)
+    masks = np.zeros((rows, int(ends[-1])), np.int64)
+    return Choices(np.array(radii), ends - sizes, words, masks, np.zeros((0, 0)))
+
+
+def admissible_actions(grid: CostGrid, free: BoolArray, horizon: int) -> Choices:
+    """Return the choices of a person among walls who acts at random, the same at every instant."""
+    d, reach = grid.dimension, grid.reach
+    radius, words = reach * (horizon - 1), words_of(reach, d)
+    masks = np.zeros((words, (2 * radius + 1) ** d), np.int64)
+    mark_admissible(free, grid.centre, d, reach, radius, masks)
     return Choices(np.full(horizon, radius), np.zeros(horizon, np.int64), words, masks, np.zeros((0, 0)))
 
 
@@ -227,6 +157,21 @@ def value_scratch(grid: CostGrid) -> ValueScratch:
     plane = np.zeros((columns if grid.dimension == 3 else 0, columns), grid.dtype)
     even, odd = np.zeros((rows, columns), grid.dtype), np.zeros((rows, columns), grid.dtype)
     return ValueScratch(even, odd, plane, np.zeros((3, columns), grid.dtype))
+
+
+def embedded_free(free: BoolArray | None, grid: CostGrid) -> BoolArray | None:
+    """`free` of any odd width → grid.shape; cells beyond it are free."""
+    if free is None:
+        return None
+    given = np.asarray(free, dtype=np.bool_)
+    d, centre = grid.dimension, grid.centre
+    if given.ndim != d or len(set(given.shape)) != 1 or given.shape[0] % 2 == 0:
+        raise InvalidInput("free", given.shape, f"{d} equal odd sizes (the cells of a lattice)")
+    radius = given.shape[0] // 2
+    whole = np.ones((2 * centre + 1,) * d, dtype=np.bool_)
+    kept = min(radius, centre)
+    whole[(slice(centre - kept, centre + kept + 1),) * d] = given[(slice(radius - kept, radius + kept + 1),) * d]
+    return whole.reshape(grid.shape)
 
 
 def action_values(
@@ -255,51 +200,32 @@ def action_values(
     Raises:
         InvalidInput: the path is too short, or shapes do not fit.
     """
-    robot_path = np.atleast_2d(np.asarray(robot_path, dtype=np.float64))
-    steps, lead = look_ahead(model, len(robot_path) - 1)
-    if len(robot_path) < steps * lead + 1:
-        raise InvalidInput("robot_path", robot_path.shape, f"at least {steps * lead + 1} positions")
+    world = np.atleast_2d(np.asarray(robot_path, dtype=np.float64))
+    steps, lead = look_ahead(model, len(world) - 1)
+    if len(world) < steps * lead + 1:
+        raise InvalidInput("robot_path", world.shape, f"at least {steps * lead + 1} positions")
     reach, d = model.reach, lattice.dimension
-    count = 2 * reach + 1
     if isinstance(goal, StandGoal):
-        values = np.full((*lattice.shape, count**d), np.inf)
-        values[..., (count**d - 1) // 2] = 0.0
+        count = (2 * reach + 1) ** d
+        values = np.full((*lattice.shape, count), np.inf)
+        values[..., count // 2] = 0.0
         return values
-    grid = CostGrid(
-        lattice=lattice, time_step=time_step, reach=reach, steps=steps, centre=lattice.radius + reach * steps
-    )
-    path = embedded_path(lattice, robot_path)
-    danger = danger_terms(model, path, np.full(len(path), grid.centre), grid)
-    taps = action_costs(model, goal, grid)
-    costs = stage_costs(model, goal, grid, danger, embedded_free(free, grid))
-    arrive = sweep(costs, lead, bool(awareness), taps, lattice.radius, grid.centre, d, *value_scratch(grid))
-    return _first_actions(arrive, taps[0], lattice, reach, grid.centre)
+    centre = lattice.radius + reach * steps
+    grid = CostGrid(lattice=lattice, time_step=time_step, reach=reach, steps=steps, centre=centre)
+    danger = danger_terms(model, np.ascontiguousarray(world[: lead * steps + 1]), grid, 1, lead, lattice.radius)
+    taps = action_terms(model, goal, grid, 1).taps
+    costs = CostTables(*goal_terms(model, goal, grid, embedded_free(free, grid)), danger.axes, danger.table)
+    arrive = sweep(costs, lead, bool(awareness), taps, lattice.radius, centre, d, *value_scratch(grid))
+    return _first_actions(arrive, taps[0], lattice, reach, centre)
 
 
 def _first_actions(arrive: Values, taps: Values, lattice: Lattice, reach: int, centre: int) -> FloatArray:
     d = lattice.dimension
     cells = arrive.reshape((2 * centre + 1,) * d)
     first, last = centre - lattice.radius - reach, centre + lattice.radius + reach
-    windows = sliding_window_view(
-        cells[(slice(first, last + 1),) * d], (2 * reach + 1,) * d
-    )  # what each action leads to
+    reached = sliding_window_view(cells[(slice(first, last + 1),) * d], (2 * reach + 1,) * d)  # (cells…, actions…)
     effort = reduce(np.add.outer, taps[3 - d :])
-    return (windows + effort).reshape(*lattice.shape, -1)
-
-
-def embedded_free(free: BoolArray | None, grid: CostGrid) -> BoolArray | None:
-    """`free` of any odd width → grid.shape; cells beyond it are free."""
-    if free is None:
-        return None
-    given = np.asarray(free, dtype=np.bool_)
-    d, centre = grid.dimension, grid.centre
-    if given.ndim != d or len(set(given.shape)) != 1 or given.shape[0] % 2 == 0:
-        raise InvalidInput("free", given.shape, f"{d} equal odd sizes (the cells of a lattice)")
-    radius = given.shape[0] // 2
-    whole = np.ones((2 * centre + 1,) * d, dtype=np.bool_)
-    kept = min(radius, centre)
-    whole[(slice(centre - kept, centre + kept + 1),) * d] = given[(slice(radius - kept, radius + kept + 1),) * d]
-    return whole.reshape(grid.shape)
+    return (reached + effort).reshape(*lattice.shape, -1)
 
 
 def best_actions(

@@ -1,0 +1,293 @@
+"""One person, one robot path, several hypotheses: laid out for the kernels, swept, pushed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from sidestep._kernels.push_horizon import Behaviour, Conditions, propagate
+from sidestep._kernels.sweep_choices import Choices, ValueScratch
+from sidestep.errors import InvalidInput
+from sidestep.human.cost import CostGrid, danger_terms, row_shape
+from sidestep.human.goals import Goal
+from sidestep.human.model import HumanModel
+from sidestep.human.policy import (
+    GoalPolicy,
+    admissible_actions,
+    boxes,
+    embedded_free,
+    look_ahead,
+    policy_of,
+    value_scratch,
+    words_of,
+)
+from sidestep.lattice import Lattice
+from sidestep.types import BoolArray, FloatArray, IntArray
+
+SINGLE_FROM = 600
+"""N_R·M from which values are float32: below, float64 costs no noticeable time."""
+LARGEST_ODDS = 8_000_000
+"""Probabilities of a finite rationality that are held at a time (64 MB)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Removal:
+    """Mass that touches the robot at instant k is taken out before k + 1 (first passage).
+
+    Attributes:
+        distance: m between centres; contact is anything nearer.
+        fractions: (N+1, F) share removed at instant k and distance `step`·i, linear between, 0 beyond (see `spread.profiles`); or
+            None: everything nearer than `distance` and nothing else.
+        step: m.
+    """
+
+    distance: float
+    fractions: FloatArray | None = None
+    step: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Results:
+    """What hypotheses add to: occupancy ((N+1)·rows, C), contact (N,), flat mid-steps (or size 0)."""
+
+    occupancy: FloatArray
+    contact: FloatArray
+    halves: FloatArray
+
+
+class Workspace:
+    """Scratch arrays that `predict` may reuse from call to call (one per thread); results never live in it."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[object, Any]] = {}
+
+    def values(self, grid: CostGrid) -> ValueScratch:
+        """Return arrays for sweeps on `grid`."""
+        return self._keep("values", (grid.shape, grid.dimension, grid.dtype), lambda: value_scratch(grid))
+
+    def choices(self, name: str, radii: list[int], dimension: int, words: int, layers: int) -> Choices:
+        """Return choices for boxes of these radii."""
+        key = (radii, dimension, words, layers)
+        return self._keep(name, key, lambda: boxes(radii, dimension, words, layers * words))
+
+    def constants(self, reach: int, horizon: int, dimension: int) -> Constants:
+        """Return what depends on sizes alone."""
+        return self._keep("constants", (reach, horizon, dimension), lambda: _constants(reach, horizon, dimension))
+
+    def _keep(self, name: str, key: object, make: Callable[[], Any]) -> Any:
+        if name not in self._kept or self._kept[name][0] != key:
+            self._kept[name] = (key, make())
+        return self._kept[name][1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Constants:
+    """What depends on sizes alone: the field of masses and its lines (scratch), and constant inputs of `propagate`."""
+
+    field: FloatArray
+    lines: FloatArray
+    uniform: FloatArray
+    all_used: FloatArray
+    same: FloatArray
+    offsets: IntArray
+    nobody: Choices
+
+
+def _constants(reach: int, horizon: int, dimension: int) -> Constants:
+    rows, columns = row_shape(2 * reach * horizon + 1, dimension)
+    half_rows = 2 * row_shape(4 * reach * horizon - 2 * reach + 1, dimension)[0]
+    count = 2 * reach + 1
+    sizes = [(2 * reach * (2 * k + 1) + 1) ** dimension for k in range(horizon)]
+    return Constants(
+        field=np.zeros((4 * rows + half_rows, columns + 1)),
+        lines=np.zeros((4, columns + 1)),
+        uniform=np.full((3 * count, 2 * reach * (horizon - 1) + 1), 1.0 / count),
+        all_used=np.ones(3 * count),
+        same=np.repeat(np.eye(count)[None], 3, axis=0),
+        offsets=np.cumsum([0, *sizes]),
+        nobody=boxes([0] * horizon, dimension, words_of(reach, dimension), 0),
+    )
+
+
+class Scene:
+    """One person, one robot path, several goals; everything laid out for the kernels."""
+
+    def __init__(
+        self,
+        policies: list[GoalPolicy],
+        given: Conditions,
+        space: Workspace,
+        constants: Constants,
+        horizon: int,
+        lead: int,
+    ) -> None:
+        self.given = given
+        self._policies = policies
+        self._space = space
+        self._constants = constants
+        self._horizon = horizon
+        self._lead = lead
+        self._swept: tuple[int, int, int, bool] | None = None
+        self._behaviour: Behaviour | None = None
+        self._calm: tuple[int, Choices] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        model: HumanModel,
+        lattice: Lattice,
+        goals: Sequence[Goal],
+        robot_path: FloatArray,
+        horizon: int,
+        time_step: float,
+        removal: Removal | None,
+        free: BoolArray | None,
+        space: Workspace,
+        dtype: DTypeLike | None,
+    ) -> Scene:
+        """Lay out everything; arguments as for `predict`."""
+        steps, lead = look_ahead(model, horizon)
+        d, reach = lattice.dimension, model.reach
+        world = np.ascontiguousarray(robot_path, dtype=np.float64)
+        needed = max(horizon + 1, horizon + lead * steps)
+        if world.ndim != 2 or world.shape[1] != d or len(world) < needed:
+            raise InvalidInput("robot_path", world.shape, f"at least ({needed}, {d})")
+        if dtype is None:
+            single = horizon * steps >= SINGLE_FROM and np.isinf(model.rationality)
+            dtype = np.float32 if single else np.float64
+        grid = CostGrid(
+            lattice=lattice,
+            time_step=time_step,
+            reach=reach,
+            steps=steps,
+            centre=reach * (horizon - 1 + steps),
+            dtype=np.dtype(dtype),
+        )
+        danger = danger_terms(model, world[:needed], grid, horizon, lead)
+        walls = embedded_free(free, grid)
+        constants = space.constants(reach, horizon, d)
+        policies = [policy_of(model, goal, grid, danger, walls, reach * (horizon - 1)) for goal in goals]
+        given = _conditions(model, grid, danger.path, horizon, removal, walls, constants)
+        return cls(policies, given, space, constants, horizon, lead)
+
+    def push(
+        self, goal: int, weight: float, concerned: float, results: Results, actions: FloatArray | None = None
+    ) -> None:
+        """Add one hypothesis to the results, as many policies at a time as fit in memory; `actions` (n,) as for the kernel."""
+        touched = False
+        for first, last in self._stretches(self._policies[goal]):
+            touched = self._propagate(goal, first, last, touched, weight, concerned, results, actions)
+
+    def first_actions(self, goal: int, beta: float, actions: FloatArray) -> None:
+        """Write P(u | x; goal, β) at the anchor now into `actions` (n,)."""
+        nowhere = Results(occupancy=np.zeros((0, 0)), contact=np.zeros(1), halves=np.zeros(0))
+        self._propagate(goal, 0, 1, False, 1.0, beta, nowhere, actions)
+
+    def _propagate(
+        self,
+        goal: int,
+        first: int,
+        last: int,
+        touched: bool,
+        weight: float,
+        concerned: float,
+        results: Results,
+        actions: FloatArray | None,
+    ) -> bool:
+        return propagate(
+            self._behave(goal, first, last, concerned > 0), self.given, first, last, touched, weight, concerned,
+            self._constants.field, self._constants.lines, results.occupancy, results.contact, results.halves,
+            np.zeros(0) if actions is None else actions,
+        )  # fmt: skip
+
+    def _behave(self, goal: int, first: int, last: int, minding: bool) -> Behaviour:
+        """Sweep what is needed of one goal's policies first ≤ k < last, unless it was the last thing swept."""
+        wanted = (goal, first, last, minding)
+        if self._behaviour is None or self._swept != wanted:
+            policy = self._policies[goal]
+            self._swept = wanted
+            self._behaviour = Behaviour(
+                policy.actions.mixture,
+                policy.tables,
+                policy.tables.any(axis=1).astype(np.float64),
+                self._undisturbed(goal),
+                self._concerned(policy, first, last) if minding else self._constants.nobody,
+                policy.differs,
+            )
+        return self._behaviour
+
+    def _concerned(self, policy: GoalPolicy, first: int, last: int) -> Choices:
+        if not policy.differs[first:last].any():
+            return self._constants.nobody
+        radii = [policy.grid.reach * k for k in range(self._horizon)]
+        choices = self._room("concerned", policy, radii, first, last)
+        policy.sweep(True, first, last, self._lead, policy.differs, self._space.values(policy.grid), choices)
+        return choices
+
+    def _undisturbed(self, goal: int) -> Choices:
+        policy, radius = self._policies[goal], self.given.middle
+        if policy.tables.size > 0:
+            return self._constants.nobody
+        if self._calm is not None and self._calm[0] == goal:
+            return self._calm[1]
+        one = self._room("undisturbed", policy, [radius], 0, 1)
+        policy.sweep(False, 0, 1, 0, np.ones(1, np.bool_), self._space.values(policy.grid), one)
+        offsets = np.zeros(self._horizon, np.int64)
+        self._calm = goal, one._replace(radii=np.full(self._horizon, radius), offsets=offsets)
+        return self._calm[1]
+
+    def _room(self, name: str, policy: GoalPolicy, radii: list[int], first: int, last: int) -> Choices:
+        """Masks from the workspace, or odds for the policies first ≤ k < last alone."""
+        d, reach = policy.grid.dimension, policy.grid.reach
+        words = words_of(reach, d)
+        if np.isinf(policy.rationality):
+            return self._space.choices(name, radii, d, words, policy.layers)
+        sizes = [(2 * r + 1) ** d if first <= k < last else 0 for k, r in enumerate(radii)]
+        ends = np.cumsum(sizes)
+        odds = np.zeros(((2 * reach + 1) ** d, int(ends[-1])))
+        return Choices(np.array(radii), ends - sizes, words, np.zeros((words, 0), np.int64), odds)
+
+    def _stretches(self, policy: GoalPolicy) -> list[tuple[int, int]]:
+        if np.isinf(policy.rationality):
+            return [(0, self._horizon)]
+        reach, d = self.given.reach, self.given.dimension
+        cells = (2 * reach * np.arange(self._horizon) + 1) ** d
+        part = np.cumsum(cells) * (2 * reach + 1) ** d // LARGEST_ODDS
+        starts = [int(k) for k in np.flatnonzero(np.diff(part, prepend=-1))]
+        return list(zip(starts, [*starts[1:], self._horizon], strict=True))
+
+
+def _conditions(
+    model: HumanModel,
+    grid: CostGrid,
+    path: FloatArray,
+    horizon: int,
+    removal: Removal | None,
+    walls: BoolArray | None,
+    constants: Constants,
+) -> Conditions:
+    reach = grid.reach
+    middle = reach * (horizon - 1)
+    fractions = np.zeros((1, 0)) if removal is None or removal.fractions is None else removal.fractions
+    return Conditions(
+        dimension=grid.dimension,
+        reach=reach,
+        spacing=grid.lattice.spacing,
+        randomness=float(model.randomness),
+        uniform=constants.uniform if walls is None else constants.uniform[:0],
+        admissible=constants.nobody if walls is None else admissible_actions(grid, walls, horizon),
+        all_used=constants.all_used,
+        same=constants.same,
+        centre=reach * horizon,
+        middle=middle,
+        half_centre=2 * middle + reach,
+        path=path,
+        contact=-1.0 if removal is None else float(removal.distance),
+        fractions=np.ascontiguousarray(fractions, dtype=np.float64),
+        fraction_step=1.0 if removal is None else float(removal.step),
+        offsets=constants.offsets,
+    )
