@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sidestep.errors import InvalidFile, InvalidInput, OutputError, UnknownName
-from sidestep.io.scenarios import load_scenario, shipped_names, shipped_text, write_scenario
+from sidestep.io.scenarios import load_obstacles, load_scenario, shipped_names, shipped_text, write_scenario
 from sidestep.io.toml import to_toml, without_none
 
 MINE = """
@@ -77,9 +77,9 @@ def test_paper_scenarios_hold_the_papers_numbers():
     for scenario in (printed, authors, load_scenario("lab-printed"), load_scenario("lab-meeting")):
         learned = (scenario.human.motion_filter, scenario.human.steadiness, scenario.human.online_randomness)
         assert not any(learned)
-        assert scenario.planner.first_step_limit is None
         assert scenario.planner.soft_risk_weight == 0.0
         assert scenario.human.frame == "world"
+        assert (scenario.planner.first_step_limit is None) == (scenario.name != "lab-meeting")
     lab = load_scenario("lab-printed")
     assert (lab.robot.max_speed, lab.robot.shape, lab.planner.horizon) == (0.1, "box", 2)
 
@@ -193,3 +193,16 @@ def test_what_is_written_is_read_back(data):
 
 def test_infinity_is_written():
     assert tomllib.loads(to_toml({"a": math.inf, "b": [-math.inf]})) == {"a": math.inf, "b": [-math.inf]}
+
+
+def test_walls_come_from_polygons_and_the_map_beside_the_file(tmp_path):
+    (tmp_path / "room.pgm").write_bytes(b"P5 4 2 255\n" + bytes([255, 255, 255, 0, 255, 255, 255, 0]))
+    (tmp_path / "room.yaml").write_text("image: room.pgm\nresolution: 1.0\norigin: [2.0, -1.0, 0.0]\n")
+    path = tmp_path / "mine.toml"
+    path.write_text('map = "room.yaml"\nwalls = [[[-9, 0], [-8, 0], [-8, 1]]]\n' + MINE)
+    obstacles = load_obstacles(load_scenario(path))
+    assert obstacles is not None
+    assert not obstacles.free((5.5, 0.0))
+    assert not obstacles.free((-8.2, 0.2))
+    assert obstacles.free((0.0, 0.0))
+    assert load_obstacles(load_scenario("crossing")) is None

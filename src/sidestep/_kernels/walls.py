@@ -49,8 +49,8 @@ def _grid_distance(x: float, y: float, grid: Occupied, frame: FloatArray, sizes:
     u = ((x - frame[0]) * frame[2] + (y - frame[1]) * frame[3]) / h
     v = ((y - frame[1]) * frame[2] - (x - frame[0]) * frame[3]) / h
     w0, w1 = grid.shape
-    cu, cv = min(max(u, 0.5), w0 - 0.5), min(max(v, 0.5), w1 - 0.5)
-    i, j = int(cu), int(cv)
+    cu, cv = min(max(u, 0.0), float(w0)), min(max(v, 0.0), float(w1))
+    i, j = min(int(cu), w0 - 1), min(int(cv), w1 - 1)
     outside = math.hypot(u - cu, v - cv)
     held = outside == 0.0 and grid[i, j]
     reach = int(abs(sizes[i, j]) + outside + 2.0)

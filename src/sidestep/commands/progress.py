@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+from sidestep.io.scenarios import load_obstacles
 from sidestep.simulation.loop import Step, simulate
 from sidestep.simulation.record import Record
 from sidestep.simulation.recordings import Recording
@@ -12,8 +13,9 @@ from sidestep.simulation.scenario import Scenario
 
 def watched(scenario: Scenario, recording: Recording | None) -> Record:
     """Run a scenario; where stderr is a terminal, show how far it is."""
+    obstacles = load_obstacles(scenario)
     if not sys.stderr.isatty():
-        return simulate(scenario, recording=recording)
+        return simulate(scenario, recording=recording, obstacles=obstacles)
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
@@ -28,4 +30,4 @@ def watched(scenario: Scenario, recording: Recording | None) -> Record:
             state = f"{step.time:.1f} s, {step.distance:.1f} m to go, {step.motion.status.replace('_', ' ')}"
             bar.update(task, completed=max(total - step.distance, 0.0), state=state)
 
-        return simulate(scenario, recording=recording, on_step=on_step)
+        return simulate(scenario, recording=recording, obstacles=obstacles, on_step=on_step)

@@ -6,12 +6,15 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from sidestep.errors import InvalidFile, InvalidInput, UnknownName
 from sidestep.io.files import written
 from sidestep.io.toml import to_toml, without_none
 from sidestep.simulation.scenario import Scenario
+
+if TYPE_CHECKING:
+    from sidestep.obstacles import Obstacles
 
 _FOLDER = "scenarios"
 
@@ -55,6 +58,21 @@ def load_scenario(name: str | Path, changes: Iterable[str] = (), **values: Any) 
     for change in changes:
         _apply(data, change)
     return Scenario.parse(without_none(data) | values, source="" if source == stem else source)
+
+
+def load_obstacles(scenario: Scenario) -> Obstacles | None:
+    """Return all walls of a scenario, its polygons and its map; None where there are none.
+
+    Raises:
+        InvalidFile: the map cannot be read.
+    """
+    if scenario.map is None and not scenario.walls:
+        return None
+    from sidestep.io.maps import read_map
+    from sidestep.obstacles import Obstacles
+
+    grid = None if scenario.map is None else read_map(scenario.map)
+    return Obstacles(polygons=[list(wall) for wall in scenario.walls], grid=grid)
 
 
 def write_scenario(scenario: Scenario, path: str | Path) -> None:

@@ -71,7 +71,7 @@ def obstacles_of(scenario: Scenario) -> Obstacles | None:
 
 
 def walls_of(scenario: Scenario) -> tuple[FloatArray, ...]:
-    """Return the polygons of a scenario, each (V, 2) m."""
+    """Return the polygons of a scenario, each (V, 2) m; without its map."""
     return tuple(np.array(wall) for wall in scenario.walls)
 
 

@@ -20,9 +20,9 @@ from sidestep.simulation.assembly import (
     recorded_people,
     robot_of,
     start_of,
-    walls_of,
 )
 from sidestep.simulation.navigators import Answer, Navigator
+from sidestep.simulation.outlines import outlines
 from sidestep.simulation.people import Builder, Person, Surroundings, build_people
 from sidestep.simulation.record import Record
 from sidestep.simulation.recorder import Recorder
@@ -172,7 +172,7 @@ class Run:
 
     def record(self, reached: bool) -> Record:
         """Return what has happened so far."""
-        return self.recorder.record(reached, walls_of(self.scenario))
+        return self.recorder.record(reached, outlines(self.obstacles))
 
     def _step(self, index: int, *, planned: bool) -> bool:
         """One control step; whether the robot is at its goal after it."""
