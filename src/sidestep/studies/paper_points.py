@@ -1,0 +1,131 @@
+"""Sections IV and V of the paper as points: one setting, many seeds, a row of numbers for each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sidestep.planning.plan import Plan
+from sidestep.simulation.loop import Step, simulate
+from sidestep.simulation.metrics import measure
+from sidestep.simulation.record import Record
+from sidestep.simulation.scenario import Scenario
+from sidestep.types import FloatArray
+
+COLUMNS = (
+    "PI_R",
+    "PI_H",
+    "PI_T",
+    "PI_R_lateral",
+    "PI_H_lateral",
+    "PI_T_lateral",
+    "robot_length",
+    "human_length",
+    "robot_turning",
+    "human_turning",
+    "entropy",
+    "entropy_first",
+    "entropy_decided",
+    "peak_first",
+    "peak_decided",
+    "belief_at_closest",
+    "steps_to_identify",
+    "max_collision_probability",
+    "uncertified",
+    "min_distance",
+    "plan_p95",
+)
+"""What is kept of each run. Lengths in m, turning in rad, entropies in nat, times in ms; NaN where there is none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """One point of the study.
+
+    Attributes:
+        label: "paper-printed", … : the scenario that it starts from.
+        rule: "cells" or "mass".
+        human: "concerned" or "unconcerned".
+        horizon: N_R; anticipation: N_H.
+        changes: further fields of the human model, as (name, value).
+    """
+
+    label: str
+    rule: str
+    human: str
+    horizon: int
+    anticipation: int
+    changes: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """What its results are kept under."""
+        more = "".join(f"--{k}={v:g}" for k, v in self.changes)
+        return f"{self.label}--{self.rule}--{self.human}--R{self.horizon}--H{self.anticipation}{more}"
+
+    def scenario(self, base: Scenario) -> Scenario:
+        """Return the scenario of this point."""
+        human = dict(self.changes) | {"horizon": self.anticipation}
+        data = base.settings()
+        data["human"] = data["human"] | human
+        data["planner"] = data["planner"] | {"horizon": self.horizon, "risk_rule": self.rule}
+        if self.rule == "mass":  # P(person within contact + 0.1 m) ≤ P_th; the paper's metres are a distance to cells
+            data["planner"] = data["planner"] | {"clearance": None}
+        data["people"] = [dict(p) | {"kind": self.human} for p in data["people"]]
+        return Scenario.parse(data)
+
+
+def run_seed(scenario: Scenario, seed: int) -> list[float]:
+    """Run one seed; the numbers in the order of `COLUMNS`."""
+    seen: list[tuple[float, float]] = []
+
+    def watch(step: Step) -> None:
+        if step.planned and isinstance(step.motion, Plan):
+            for person in step.motion.people.values():
+                cells = person.occupancy.probability[-1]
+                seen.append((entropy(cells), float(cells.max())))
+
+    record = simulate(scenario, seed=seed, snapshots=0, on_step=watch)
+    m = measure(record)
+    closest = _closest(record)
+    width = np.array(seen) if seen else np.full((1, 2), np.nan)
+    belief = record.beliefs[:, 0] if record.beliefs.size else np.full(1, np.nan)
+    true_concerned = scenario.people[0].kind == "concerned"
+    right = belief > 0.9 if true_concerned else belief < 0.1
+    decided = np.flatnonzero(right[: len(width)])
+    return [
+        m.PI_R,
+        m.PI_H,
+        m.PI_T,
+        m.PI_R_lateral,
+        m.PI_H_lateral,
+        m.PI_T_lateral,
+        m.path_length,
+        m.human_path_length,
+        m.turning,
+        m.human_turning,
+        float(np.mean(width[: closest + 1, 0])),
+        float(width[0, 0]),
+        float(np.mean(width[decided, 0])) if len(decided) else float("nan"),
+        float(width[0, 1]),
+        float(np.mean(width[decided, 1])) if len(decided) else float("nan"),
+        float(belief[min(closest, len(belief) - 1)]),
+        float(decided[0]) if len(decided) else float("nan"),
+        m.max_collision_probability,
+        1.0 - m.status_counts["certified"] / max(m.steps, 1),
+        m.min_distance,
+        m.plan_p95,
+    ]
+
+
+def entropy(probability: FloatArray) -> float:
+    """Return −Σ p ln p in nat."""
+    p = probability[probability > 0]
+    return float(-(p * np.log(p)).sum())
+
+
+def _closest(record: Record) -> int:
+    """Step of the closest approach."""
+    apart = np.linalg.norm(record.people_positions[:, 0] - record.robot_positions, axis=1)
+    return int(np.nanargmin(apart))
