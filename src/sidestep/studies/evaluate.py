@@ -1,0 +1,173 @@
+"""Many episodes: every condition, every navigator, the same seeds; rates with exact intervals, paired tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from sidestep.errors import InvalidInput, UnknownName
+from sidestep.studies.conditions import conditions
+from sidestep.studies.engines import run_pieces
+from sidestep.studies.episode import columns, histogram, run_episode
+from sidestep.studies.opponents import contestants
+from sidestep.types import FloatArray
+
+PIECE = 20  # episodes that are done, kept and lost together
+
+
+class Store(Protocol):
+    """Where finished pieces are kept."""
+
+    def load(self, name: str) -> Any | None:
+        """Return what was kept under `name`, or None."""
+        ...
+
+    def keep(self, name: str, content: Any) -> None:
+        """Keep `content` under `name`."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Piece:
+    """Some consecutive episodes of one condition and one navigator.
+
+    Attributes:
+        condition, navigator: names.
+        start, stop: episodes start … stop − 1.
+        seed: base of all seeds.
+    """
+
+    condition: str
+    navigator: str
+    start: int
+    stop: int
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """What it is kept under."""
+        return f"{self.condition}--{self.navigator}--{self.seed}--{self.start}-{self.stop}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Batch:
+    """All episodes of one condition and one navigator.
+
+    Attributes:
+        values: (E, M) the numbers of `columns()`, one row per episode.
+        times: histogram of planning times.
+    """
+
+    values: FloatArray
+    times: FloatArray
+
+    def column(self, name: str) -> FloatArray:
+        """(E,) one number over the episodes."""
+        return self.values[:, columns().index(name)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evaluation:
+    """What was run.
+
+    Attributes:
+        batches: (condition, navigator) → batch, in the order of the table.
+        seed: base of all seeds.
+        skipped: (condition or navigator, why), what could not be run here.
+    """
+
+    batches: Mapping[tuple[str, str], Batch]
+    seed: int
+    skipped: Sequence[tuple[str, str]] = field(default_factory=tuple)
+
+
+def evaluate(
+    condition_names: Sequence[str],
+    navigator_names: Sequence[str],
+    *,
+    episodes: int,
+    seed: int = 0,
+    workers: int = 1,
+    engine: str = "joblib",
+    address: str | None = None,
+    store: Store | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Evaluation:
+    """Run `episodes` of every condition with every navigator.
+
+    The numbers depend on the names and the seed alone: not on the number of workers, the engine, or how often the study
+    was stopped and taken up again. (Planning times are what the clock said.)
+
+    Args:
+        condition_names: of `conditions()`.
+        navigator_names: of `contestants()`.
+        episodes: per condition and navigator.
+        seed: base of all seeds.
+        workers: processes.
+        engine: "joblib" or "ray".
+        address: of a Ray cluster.
+        store: where finished pieces are kept and looked for.
+        progress: called with (episodes done, all episodes).
+
+    Raises:
+        UnknownName: there is no such condition or navigator.
+        MissingExtra: a condition or navigator needs an optional part that is not installed.
+    """
+    for name in condition_names:
+        _known("conditions", name, conditions())
+    for name in navigator_names:
+        _known("navigators", name, contestants())
+    if episodes < 1:
+        raise InvalidInput("episodes", episodes, "an integer ≥ 1")
+    pieces = [
+        Piece(condition=c, navigator=n, start=k, stop=min(k + PIECE, episodes), seed=seed)
+        for c in condition_names
+        for n in navigator_names
+        for k in range(0, episodes, PIECE)
+    ]
+    found: dict[str, Any] = {}
+    for piece in pieces:
+        kept = None if store is None else store.load(piece.name)
+        if kept is not None:
+            found[piece.name] = kept
+    left = [p for p in pieces if p.name not in found]
+    everything = sum(p.stop - p.start for p in pieces)
+    done = everything - sum(p.stop - p.start for p in left)
+    for piece, result in run_pieces(work, left, workers=workers, engine=engine, address=address):
+        found[piece.name] = result
+        if store is not None:
+            store.keep(piece.name, result)
+        done += piece.stop - piece.start
+        if progress is not None:
+            progress(done, everything)
+    return Evaluation(batches=_batches(pieces, found), seed=seed)
+
+
+def work(piece: Piece) -> tuple[Piece, dict[str, Any]]:
+    """Run one piece; what comes back can be written as JSON."""
+    condition, contestant = conditions()[piece.condition], contestants()[piece.navigator]
+    rows: list[list[float | None]] = []
+    times = np.zeros(0)
+    for episode in range(piece.start, piece.stop):
+        outcome, planning = run_episode(condition.scenario(episode, piece.seed), contestant)
+        rows.append([None if np.isnan(v) else v for v in outcome.row()])
+        times = np.concatenate([times, planning])
+    return piece, {"rows": rows, "times": histogram(times).tolist()}
+
+
+def _batches(pieces: Sequence[Piece], found: Mapping[str, Any]) -> dict[tuple[str, str], Batch]:
+    rows: dict[tuple[str, str], list[list[float | None]]] = {}
+    times: dict[tuple[str, str], FloatArray] = {}
+    for piece in pieces:  # in the order of the episodes, whoever finished first
+        key = (piece.condition, piece.navigator)
+        rows.setdefault(key, []).extend(found[piece.name]["rows"])
+        times[key] = times.get(key, 0.0) + np.array(found[piece.name]["times"], dtype=np.float64)
+    return {key: Batch(values=np.array(r, dtype=np.float64), times=times[key]) for key, r in rows.items()}
+
+
+def _known(field_name: str, name: str, known: Mapping[str, Any]) -> None:
+    if name not in known:
+        raise UnknownName(field_name, name, known)

@@ -1,0 +1,83 @@
+"""Any number of workers gives the same; a killed worker costs time, not results."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from sidestep.errors import InvalidInput, MissingExtra
+from sidestep.io.checkpoints import Checkpoints
+from sidestep.studies.engines import WorkersLost, run_pieces
+
+
+def square(x):
+    return x, x * x
+
+
+def square_once_killed(piece):
+    """The first worker to take piece 3 dies as if the system had killed it."""
+    x, marker = piece
+    if x == 3 and not Path(marker).exists():
+        Path(marker).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return x, x * x
+
+
+def always_killed(x):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_all_pieces_are_done_once(workers):
+    pytest.importorskip("joblib")
+    assert sorted(run_pieces(square, list(range(20)), workers=workers)) == [(x, x * x) for x in range(20)]
+
+
+@pytest.mark.slow
+def test_a_killed_worker_is_replaced(tmp_path):
+    pytest.importorskip("joblib")
+    pieces = [(x, str(tmp_path / "killed")) for x in range(12)]
+    found = sorted(run_pieces(square_once_killed, pieces, workers=2))
+    assert (tmp_path / "killed").exists()
+    assert found == [(x, x * x) for x in range(12)]
+
+
+@pytest.mark.slow
+def test_workers_that_die_again_and_again_are_reported():
+    pytest.importorskip("joblib")
+    with pytest.raises(WorkersLost, match="run the same command again"):
+        list(run_pieces(always_killed, [1, 2, 3], workers=2))
+
+
+def test_bad_requests_are_named():
+    with pytest.raises(InvalidInput, match="workers"):
+        list(run_pieces(square, [1], workers=0))
+    with pytest.raises(InvalidInput, match="engine"):
+        list(run_pieces(square, [1], engine="dask"))
+
+
+@pytest.mark.parametrize(("module", "engine", "extra"), [("joblib", "joblib", "studies"), ("ray", "ray", "ray")])
+def test_a_missing_engine_names_its_extra(monkeypatch, module, engine, extra):
+    monkeypatch.setitem(__import__("sys").modules, module, None)
+    with pytest.raises(MissingExtra, match=extra):
+        list(run_pieces(square, [1], workers=2, engine=engine))
+
+
+def test_checkpoints_return_what_was_kept(tmp_path):
+    kept = Checkpoints(tmp_path / "deep" / "folder")
+    assert kept.load("a/b c") is None
+    kept.keep("a/b c", {"rows": [[1.0, None]]})
+    assert kept.load("a/b c") == {"rows": [[1.0, None]]}
+    assert Checkpoints(tmp_path / "deep" / "folder").load("a/b c") == {"rows": [[1.0, None]]}
+
+
+def test_checkpoints_of_another_program_or_torn_files_do_not_count(tmp_path):
+    kept = Checkpoints(tmp_path)
+    kept.keep("a", 1)
+    file = next(tmp_path.glob("*.json"))
+    whole = file.read_text()
+    file.write_text(whole[: len(whole) // 2])
+    assert kept.load("a") is None
+    file.write_text(whole.replace('"program": "', '"program": "x'))
+    assert kept.load("a") is None
