@@ -19,8 +19,8 @@ class Reasons:
     """Two curves for each parameter set.
 
     Attributes:
-        danger_weights: (W,); differing: label → (W,) share of random states in which the best first action of a concerned
-            and an unconcerned person differ; own_weight: label → the set's own danger weight.
+        danger_weights: (W,); differing: label → (W,) share of random states in which the best first action of a
+            concerned and an unconcerned person differ; own_weight: label → the set's own danger weight.
         steps: (N,) steps ahead; cells: label → (N,) cells with P ≥ P_th; mass: label → (N,) probability in those cells.
     """
 

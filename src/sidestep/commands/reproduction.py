@@ -1,0 +1,134 @@
+"""What `sidestep reproduce` does: run, judge, draw, write."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from matplotlib.figure import Figure
+
+    from sidestep.simulation.scenario import Scenario
+
+LABELS = ("paper-printed", "paper-authors", "lab-printed", "lab-meeting")
+
+
+def make(
+    *, quick: bool, claims: str | None, out: Path, workers: int | None, page: Path | None, data: Path | None
+) -> dict[str, Any]:
+    """Return the results as they go into JSON; arguments as for the command."""
+    from sidestep.commands.reproduce import FULL_SEEDS, QUICK_SEEDS, SWEEP_SEEDS
+    from sidestep.commands.reproduction_figures import draw
+    from sidestep.commands.reproduction_page import write_page
+    from sidestep.io.checkpoints import Checkpoints
+    from sidestep.io.files import written
+    from sidestep.io.scenarios import load_scenario
+    from sidestep.studies.paper import run_points, section_five, section_four, sweep
+    from sidestep.studies.paper_verdicts import chosen_claims, holds_when, rows
+
+    began = perf_counter()
+    chosen = chosen_claims(claims)
+    bases = {label: load_scenario(label) for label in LABELS}
+    store = Checkpoints(out / "points")
+    jobs = workers or os.cpu_count() or 1
+    settings = [*(section_four() if any(not c.lab for c in chosen) else []), *section_five()]
+    with _progress("runs of the paper") as tell:
+        points = run_points(
+            settings, bases, seeds=QUICK_SEEDS if quick else FULL_SEEDS, workers=jobs, store=store, progress=tell
+        )
+    regions: dict[str, str] = {}
+    grid: list[dict[str, Any]] = []
+    if not quick:
+        with _progress("where do failing claims hold") as tell:
+            around = run_points(sweep(), bases, seeds=SWEEP_SEEDS, workers=jobs, store=store, progress=tell)
+        regions, grid = holds_when(around, sweep())
+    table = rows(chosen, points, regions)
+    figures = _saved(draw(points if len(settings) > 8 else None, bases, grid, _replays(data, bases)), out)
+    result = {
+        "claims": table,
+        "grid": grid,
+        "figures": [str(f) for f in figures],
+        "seconds": perf_counter() - began,
+        "quick": quick,
+    }
+    with written(out / "results.json") as file:
+        file.write(json.dumps(_finite(result), indent=1).encode())
+    if page is not None:
+        write_page(result, figures, page)
+    return result
+
+
+def _replays(data: Path | None, bases: dict[str, Scenario]) -> list[tuple[str, Any, Any]]:
+    """(name, logged belief, our belief) of each recorded run; empty without the recordings."""
+    folder = data or (Path(os.environ["SIDESTEP_DATA"]) / "paper_runs" if "SIDESTEP_DATA" in os.environ else None)
+    if folder is None or not (folder / "tracks.csv.gz").is_file():
+        return []
+    import csv
+
+    import numpy as np
+
+    from sidestep.io.tracks import read_recordings
+    from sidestep.studies.paper_replay import replay
+
+    with (folder / "meta.csv").open(encoding="utf-8") as file:
+        meta = {row["file"]: row for row in csv.DictReader(file)}
+    found: list[tuple[str, Any, Any]] = []
+    for scene, recording in read_recordings(folder / "tracks.csv.gz").items():
+        tracks = {track.agent: track.positions for track in recording.tracks}
+        if not {"x_H", "x_R"} <= set(tracks) or scene not in meta:
+            continue
+        n = min(len(tracks["x_H"]), len(tracks["x_R"]))
+        ours = replay(scene, tracks["x_H"][:n], tracks["x_R"][:n], bases["lab-meeting"].human)
+        logged = np.array([float(x) for x in meta[scene]["P_beta1"].split()])
+        found.append((Path(scene).stem.replace("xperiment_", ""), logged, ours.beliefs))
+    return found[:5]
+
+
+def _saved(figures: dict[str, Figure], out: Path) -> list[Path]:
+    """Write each figure as PDF and PNG."""
+    from sidestep.io.files import written
+
+    paths: list[Path] = []
+    for name, figure in figures.items():
+        for kind in ("pdf", "png"):
+            paths.append(out / f"{name}.{kind}")
+            with written(paths[-1]) as file:
+                figure.savefig(file, format=kind, dpi=200)
+    return paths
+
+
+def _finite(value: Any) -> Any:
+    """JSON knows no NaN."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    if isinstance(value, float) and value != value:
+        return None
+    return value
+
+
+@contextmanager
+def _progress(title: str) -> Generator[Callable[[int, int], object] | None]:
+    """A bar on stderr where it is a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=None)
+
+        def tell(done: int, everything: int) -> None:
+            bar.update(task, completed=done, total=everything)
+
+        yield tell
