@@ -22,7 +22,7 @@ from sidestep.types import FloatArray, IntArray, Path
 if TYPE_CHECKING:
     from sidestep.prediction.occupancy import Prediction
 
-EXACT = 1e-6
+EXACT = 1e-5
 """Probability that evaluations of a spread-out person may leave out, and then add as if it were near."""
 
 
