@@ -1,9 +1,10 @@
-"""One step of probability mass (Eqs. 4, 6), whole rows at a time. Layout of cells as in `sweep`; mass is always float64.
+"""One step of probability mass (Eqs. 4, 6), whole rows at a time. Layout of cells as in `sweep`; mass is float64.
 
-All mass lies in one array, the field: (rows, C) sections, one after another. A section is named by its first row. "Free" mass ignores
-the robot, "living" mass is what has not touched it. Mass that moves from x to x + u is at 2x + u at mid-step, on the lattice
-with half the spacing; the section of mid-steps keeps the columns in two planes, row 2i (column c holding 2c) and row 2i + 1
-(2c + 1), so that these moves run along rows too.
+All mass lies in one array, the field: (rows, C) sections, one after another. A section is named by its first row.
+    "Free"
+mass ignores the robot, "living" mass is what has not touched it. Mass that moves from x to x + u is at 2x + u at
+mid-step, on the lattice with half the spacing; the section of mid-steps keeps the columns in two planes, row 2i
+(column c holding 2c) and row 2i + 1 (2c + 1), so that these moves run along rows too.
 """
 
 from __future__ import annotations
@@ -11,19 +12,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.push_sections import row_span
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_choices import WORD
 from sidestep.types import FloatArray, IntArray
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def row_span(field: FloatArray, row: int, start: int, stop: int) -> tuple[int, int]:
-    """First column with mass and one past the last within [start, stop); equal if there is none."""
-    while start < stop and field[row, start] == 0.0:
-        start += 1
-    while stop > start and field[row, stop - 1] == 0.0:
-        stop -= 1
-    return start, stop
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -125,7 +117,7 @@ def push_choices(
     half_centre: int,
     lines: FloatArray,
 ) -> None:
-    """Move `share` of the mass along chosen actions (see `sweep_choices`); a cell's choices share its mass evenly (Eq. 5).
+    """Move `share` of the mass along chosen actions (see `sweep_choices`); a cell's choices share it evenly (Eq. 5).
 
     Args:
         field: all mass.
@@ -154,61 +146,70 @@ def push_choices(
     x0, x1 = axis_radius(box, dimension)
     r0, r1 = axis_radius(count // 2, dimension)
     actions = (2 * r0 + 1) * (2 * r1 + 1) * count
-    zero, one = np.uintp(0), np.uintp(1)
     for i0 in range(-b0, b0 + 1):
         for i1 in range(-b1, b1 + 1):
             row = section + (c0 + i0) * rows + c1 + i1
             lo, hi = row_span(field, row, centre - radius, centre + radius + 1)
             if lo == hi:
                 continue
-            n = np.uintp(hi - lo)
-            at = np.uintp(offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * box + 1) + box + lo - centre)
-            _share_out(masks, odds, at, n, share, lines)
+            n = hi - lo
+            at = offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * box + 1) + box + lo - centre
+            if odds.size == 0:
+                _share_out(masks, at, n, share, lines)
             for layer in range(masks.shape[0] // words if odds.size == 0 else 1):
                 for a in range(actions):
-                    word, shift, unit, some = (
-                        np.uintp(layer * words + a // WORD),
-                        np.int64(a % WORD),
-                        np.int64(1),
-                        np.int64(0),
-                    )
                     if odds.size > 0:
-                        for c in range(n):
-                            lines[one, c] = share * odds[np.uintp(a), at + c]
-                    else:
-                        for c in range(n):
-                            some |= masks[word, at + c]
-                        if some >> shift & unit == 0:
-                            continue
-                        for c in range(n):
-                            lines[one, c] = lines[zero, c] if masks[word, at + c] >> shift & unit else 0.0
+                        _read_odds(odds, a, at, n, share, lines)
+                    elif not _read_choice(masks, layer * words, a, at, n, lines):
+                        continue
                     u0 = a // count // (2 * r1 + 1) + count // 2 - r0
                     u1 = a // count % (2 * r1 + 1) + count // 2 - r1
                     _scatter(
-                        field, row, living - section, lo, n, i0, i1, lo - centre, u0, u1, a % count, layer > 0, mixture, centre,
-                        dimension, to_section, to_living, to_half, half_centre, lines,
+                        field, row, living - section, lo, n, i0, i1, lo - centre, u0, u1, a % count, layer > 0, mixture,
+                        centre, dimension, to_section, to_living, to_half, half_centre, lines,
                     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def _share_out(masks: IntArray, odds: FloatArray, at: int, n: int, share: float, lines: FloatArray) -> None:
+@njit(cache=True, nogil=True, error_model="numpy")
+def _share_out(masks: IntArray, at: int, n: int, share: float, lines: FloatArray) -> None:
     """lines[0] = share / number of choices, for a row of n cells from column `at`."""
-    zero = np.uintp(0)
-    for c in range(n):
+    zero, begin, width = np.uintp(0), np.uintp(at), np.uintp(n)
+    for c in range(width):
         lines[zero, c] = 0.0
-    if odds.size > 0:
-        return
     for word in range(np.uintp(masks.shape[0])):
         some, unit = np.int64(0), np.int64(1)
-        for c in range(n):
-            some |= masks[word, at + c]
+        for c in range(width):
+            some |= masks[word, begin + c]
         for bit in range(WORD):
             shift = np.int64(bit)
             if some >> shift & unit:
-                for c in range(n):
-                    lines[zero, c] += 1.0 if masks[word, at + c] >> shift & unit else 0.0
-    for c in range(n):
+                for c in range(width):
+                    lines[zero, c] += 1.0 if masks[word, begin + c] >> shift & unit else 0.0
+    for c in range(width):
         lines[zero, c] = share / lines[zero, c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _read_choice(masks: IntArray, first_word: int, action: int, at: int, n: int, lines: FloatArray) -> bool:
+    """lines[1] = lines[0] where a cell of the row chooses the action, else 0; False if none does."""
+    word, begin, width = np.uintp(first_word + action // WORD), np.uintp(at), np.uintp(n)
+    zero, one = np.uintp(0), np.uintp(1)
+    shift, unit, some = np.int64(action % WORD), np.int64(1), np.int64(0)
+    for c in range(width):
+        some |= masks[word, begin + c]
+    if some >> shift & unit == 0:
+        return False
+    for c in range(width):
+        lines[one, c] = lines[zero, c] if masks[word, begin + c] >> shift & unit else 0.0
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _read_odds(odds: FloatArray, action: int, at: int, n: int, share: float, lines: FloatArray) -> None:
+    """lines[1] = share · probability of the action, for a row of n cells from column `at`."""
+    row, begin, one = np.uintp(action), np.uintp(at), np.uintp(1)
+    for c in range(np.uintp(n)):
+        lines[one, c] = share * odds[row, begin + c]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -240,12 +241,13 @@ def _scatter(
     rows, half_rows = row_count(centre, dimension), row_count(half_centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     h0, h1 = axis_radius(half_centre, dimension)
-    i, begin, one, two, three = np.uintp(row), np.uintp(start), np.uintp(1), np.uintp(2), np.uintp(3)
-    for c in range(n):
+    i, begin, width = np.uintp(row), np.uintp(start), np.uintp(n)
+    one, two, three = np.uintp(1), np.uintp(2), np.uintp(3)
+    for c in range(width):
         lines[two, c] = lines[one, c] * field[i, begin + c]
     if to_living >= 0:
         i = np.uintp(row + to_living_row)
-        for c in range(n):
+        for c in range(width):
             lines[three, c] = lines[one, c] * field[i, begin + c]
     for v0 in range(count):
         w0 = mixture[0, u0, v0] if not plain else 1.0 if u0 == v0 else 0.0
@@ -261,120 +263,15 @@ def _scatter(
                     continue
                 line, to = (c0 + i0 + v0 - reach) * rows + c1 + i1 + v1 - reach, np.uintp(centre + i2 + v2 - reach)
                 o = np.uintp(to_section + line)
-                for c in range(n):
+                for c in range(width):
                     field[o, to + c] += weight * lines[two, c]
                 if to_living >= 0:
                     o = np.uintp(to_living + line)
-                    for c in range(n):
+                    for c in range(width):
                         field[o, to + c] += weight * lines[three, c]
                 if to_half >= 0:
                     column = half_centre + 2 * i2 + v2 - reach
                     line = (h0 + 2 * i0 + v0 - reach) * half_rows + h1 + 2 * i1 + v1 - reach
                     o, to = np.uintp(to_half + 2 * line + column % 2), np.uintp(column // 2)
-                    for c in range(n):
+                    for c in range(width):
                         field[o, to + c] += weight * lines[two, c]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_box(
-    field: FloatArray, section: int, radius: int, centre: int, dimension: int, target: FloatArray, to_row: int
-) -> None:
-    """Add a section's box to rows of `target` that have the section's layout, from `to_row` on."""
-    rows = row_count(centre, dimension)
-    c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    for i0 in range(c0 - b0, c0 + b0 + 1):
-        for i1 in range(c1 - b1, c1 + b1 + 1):
-            i, o = np.uintp(section + i0 * rows + i1), np.uintp(to_row + i0 * rows + i1)
-            for c in range(np.uintp(centre - radius), np.uintp(centre + radius + 1)):
-                target[o, c] += field[i, c]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_planes(
-    field: FloatArray, section: int, half_centre: int, radius: int, dimension: int, flat: FloatArray, start: int
-) -> None:
-    """Add the mid-steps of a section to the dense array of `radius` that begins at flat[start]."""
-    rows = row_count(half_centre, dimension)
-    c0, c1 = axis_radius(half_centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    width, first = 2 * radius + 1, half_centre - radius
-    two = np.uintp(2)
-    for i0 in range(2 * b0 + 1):
-        for i1 in range(2 * b1 + 1):
-            row = section + 2 * ((c0 - b0 + i0) * rows + c1 - b1 + i1)
-            at = start + (i0 * (2 * b1 + 1) + i1) * width
-            for skip in range(min(2, width)):
-                plane, column = np.uintp(row + (first + skip) % 2), np.uintp((first + skip) // 2)
-                to = np.uintp(at + skip)
-                for c in range(np.uintp((width - skip + 1) // 2)):
-                    flat[to + two * c] += field[plane, column + c]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def clear_rows(field: FloatArray, section: int, radius: int, centre: int, dimension: int, planes: int) -> None:
-    """Set the rows of a section's box to 0 over their whole length."""
-    rows = row_count(centre, dimension)
-    c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    for i0 in range(c0 - b0, c0 + b0 + 1):
-        first = section + (i0 * rows + c1 - b1) * planes
-        for i in range(np.uintp(first), np.uintp(first + (2 * b1 + 1) * planes)):
-            for c in range(np.uintp(field.shape[1])):
-                field[i, c] = 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def remove_contact(
-    field: FloatArray,
-    section: int,
-    radius: int,
-    centre: int,
-    dimension: int,
-    robot: FloatArray,
-    spacing: float,
-    contact: float,
-    fractions: FloatArray,
-    instant: int,
-    step: float,
-) -> float:
-    """Take out of a section what touches the robot and return how much that is.
-
-    Args:
-        field: all mass, changed.
-        section: of the living mass.
-        radius: of the box with mass.
-        centre: index of the anchor.
-        dimension: d.
-        robot: (K, 3) m in the lattice's frame, 0 on the axes that only pad; row `instant` is where the robot is.
-        spacing: m.
-        contact: m; nearer is contact, if `fractions` is empty.
-        fractions: (K, F) row `instant`: share removed at distance step·i, linear between, 0 beyond; or size 0.
-        instant: k.
-        step: m.
-    """
-    support = step * (fractions.shape[1] - 1) if fractions.size > 0 else contact
-    rows = row_count(centre, dimension)
-    c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    x0, x1, x2 = robot[instant, 0] / spacing, robot[instant, 1] / spacing, robot[instant, 2] / spacing
-    wide, far = support / spacing, 1e9
-    removed = 0.0
-    for i0 in range(max(-b0, int(np.ceil(max(x0 - wide, -far)))), min(b0, int(np.floor(min(x0 + wide, far)))) + 1):
-        for i1 in range(max(-b1, int(np.ceil(max(x1 - wide, -far)))), min(b1, int(np.floor(min(x1 + wide, far)))) + 1):
-            left, right = int(np.ceil(max(x2 - wide, -far))), int(np.floor(min(x2 + wide, far)))
-            for i2 in range(max(-radius, left), min(radius, right) + 1):
-                row, column = section + (c0 + i0) * rows + c1 + i1, centre + i2
-                here = field[row, column]
-                if here == 0.0:
-                    continue
-                distance = spacing * np.sqrt((i0 - x0) ** 2 + (i1 - x1) ** 2 + (i2 - x2) ** 2)
-                fraction = 1.0 if fractions.size == 0 and distance < contact else 0.0
-                at = distance / step
-                index = int(at)
-                if index + 1 < fractions.shape[1]:
-                    low = fractions[instant, index]
-                    fraction = low + (at - index) * (fractions[instant, index + 1] - low)
-                field[row, column] = here * (1.0 - fraction)
-                removed += here * fraction
-    return removed

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
 
-from sidestep._kernels.push import add_box, add_planes, clear_rows, push_choices, push_separable, remove_contact
+from sidestep._kernels.push import push_choices, push_separable
+from sidestep._kernels.push_sections import add_box, add_planes, clear_rows, remove_contact
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_choices import Choices
 from sidestep.types import BoolArray, FloatArray, IntArray
@@ -50,8 +50,8 @@ class Conditions(NamedTuple):
         half_centre: in mid-step mass, in dense columns.
         path: (K, 3) m robot in the lattice's frame, 0 on the axes that only pad.
         contact: m between centres; < 0: nothing is removed.
-        fractions: (N+1, F) as for `push.remove_contact`, or size 0.
-        fraction_step: m.
+        samples: (N+1, S) for `push_sections.remove_contact`, or size 0.
+        grids: (N+1, 4) likewise.
         offsets: (N+1,) where mid-step k starts in the flat array of these.
     """
 
@@ -68,8 +68,8 @@ class Conditions(NamedTuple):
     half_centre: int
     path: FloatArray
     contact: float
-    fractions: FloatArray
-    fraction_step: float
+    samples: FloatArray
+    grids: FloatArray
     offsets: IntArray
 
 
@@ -114,7 +114,8 @@ def propagate(
         last: k of the last step.
         touched: what the last call returned; False at first.
         weight: of the hypothesis; the mass starts with it.
-        concerned: share of the deliberate part that follows the concerned policy: 0, 1, or P(β=1) if awareness is resampled.
+        concerned: share of the deliberate part that follows the concerned policy: 0, 1, or P(β=1) if awareness is
+            resampled.
         field: (4·rows + mid-step rows, C): free mass at even and odd instants, living mass likewise, mid-steps.
         lines: (≥ 4, C) scratch.
         occupancy: ((N+1)·rows, C), added to; or size 0.
@@ -174,8 +175,8 @@ def propagate(
                 if (kind == 1 and not touched) or target < 0:
                     continue
                 push_separable(
-                    field, source, reach * k, centre, tables, used, given.middle, share, d, factor, target, target_centre,
-                    lines,
+                    field, source, reach * k, centre, tables, used, given.middle, share, d, factor, target,
+                    target_centre, lines,
                 )  # fmt: skip
         if k == 0 and actions.size > 0:
             _read_actions(field, there, centre, reach, d, weight, actions)
@@ -189,8 +190,8 @@ def propagate(
             clear_rows(field, 2 * rows + there, box, centre, d, 1)
             add_box(field, there, box, centre, d, field, 2 * rows + there)
         removed = remove_contact(
-            field, 2 * rows + there, box, centre, d, given.path, given.spacing, given.contact, given.fractions, k + 1,
-            given.fraction_step,
+            field, 2 * rows + there, box, centre, d, given.path, given.spacing, given.contact, given.samples,
+            given.grids, k + 1,
         )  # fmt: skip
         contact[k] += removed
         touched = touched or removed > 0.0

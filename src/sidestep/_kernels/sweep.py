@@ -1,10 +1,11 @@
 """Backward induction on the lattice (Eq. 2): value-only min-plus sweeps.
 
 Layout: an array over cells has two axes, (rows, columns). A lattice of d dimensions keeps its last axis as columns; the
-others, padded to two by axes of one cell, are the rows i0·R + i1, R being the number of cells of axis 1. So one compiled
-kernel serves 1-D, 2-D and 3-D. A box of radius ρ around the anchor is `centre ± ρ` on the real axes.
+others, padded to two by axes of one cell, are the rows i0·R + i1, R being the number of cells of axis 1. So one
+compiled kernel serves 1-D, 2-D and 3-D. A box of radius ρ around the anchor is `centre ± ρ` on the real axes.
 
-Rows are named by an index, never cut out as views, and inner loops run over unsigned indices: views cost more than a short
+Rows are named by an index, never cut out as views, and inner loops run over unsigned indices: views cost more than a
+    short
 row, and signed indices keep the loops from being vectorised.
 """
 
@@ -25,7 +26,8 @@ class CostTables(NamedTuple):
     Attributes:
         goal_axes: (3, C) summed over axes; not used where there is a `goal_table`.
         goal_table: (rows, C), or (0, 0); carries +inf where a person cannot be.
-        danger_axes: (3·T, C), rows 3t + axis, multiplied over axes, the weight in the first; ones where there is a table.
+        danger_axes: (3·T, C), rows 3t + axis, multiplied over axes, the weight in the first; ones where there is a
+            table.
         danger_table: (T·rows, C), or (0, 0).
     """
 
@@ -60,7 +62,7 @@ def _lower_rows(
     out: Values,
     back: int,
 ) -> None:
-    """out[i − back, c] = min_u taps[j, 0, u] + source[i + (u − reach)·stride, c], first ≤ i < last, start ≤ c < stop."""
+    """out[i − back, c] = min_u taps[j, 0, u] + source[i + (u − reach)·stride, c], rows [first, last), columns likewise."""
     begin, end, step = np.uintp(start), np.uintp(stop), np.uintp(stride)
     count = taps.shape[2]
     for i in range(first, last):
@@ -111,9 +113,11 @@ def _lower_layer(
 ) -> None:
     """One layer (axes 1 and 2) of a stage: target[i, c] = stage cost + min over both components of the action.
 
-    Rows first ≤ i < last, columns start ≤ c < stop. The source's rows differ by `shift` from the target's. `across` False: there is
-    no axis 1. Row i of the goal's and the danger's terms is goal_row + goal_step·(i − first), peril_row likewise; to the goal's it adds
-    lines[1, i − first], the danger's it multiplies by lines[2, i − first]. j = M: the stage cost alone. lines[0] is scratch.
+    Rows first ≤ i < last, columns start ≤ c < stop. The source's rows differ by `shift` from the target's. `across`
+    False: there is no axis 1. Row i of the goal's and the danger's terms is goal_row + goal_step·(i − first),
+        peril_row likewise; to
+    the goal's it adds lines[1, i − first], the danger's it multiplies by lines[2, i − first]. j = M: the stage cost
+    alone. lines[0] is scratch.
     """
     count = taps.shape[2]
     reach, begin, end = np.uintp(count // 2), np.uintp(start), np.uintp(stop)
@@ -211,7 +215,7 @@ def sweep(
     steps, reach = taps.shape[0], taps.shape[2] // 2
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
-    r0, r1 = axis_radius(reach, dimension)
+    _, r1 = axis_radius(reach, dimension)
     goal_axes, danger_axes = costs.goal_axes, costs.danger_axes
     goal_by_table, danger_by_table = costs.goal_table.size > 0, danger and costs.danger_table.size > 0
     goal = costs.goal_table if goal_by_table else goal_axes

@@ -1,8 +1,9 @@
 """From values to choices: which first actions are best in every cell, policy by policy (Eqs. 2 and 5).
 
-Choices are bits: action a of a cell is bit a mod 62 of the word in row a // 62 of `masks` (words, cells). The cells of policy
-k are a dense box of radius radii[k], beginning at column offsets[k], the last axis fastest. Values may be float32; what is
-done with the choices afterwards is the same for both.
+Choices are bits: action a of a cell is bit a mod 62 of the word in row a // 62 of `masks` (words, cells). The cells
+    of policy
+k are a dense box of radius radii[k], beginning at column offsets[k], the last axis fastest. Values may be float32;
+what is done with the choices afterwards is the same for both.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ class Choices(NamedTuple):
         radii: (N,) cells; radius of the box of policy k.
         offsets: (N,) column where it begins.
         words: rows of `masks` that hold all actions once.
-        masks: (words or 2·words, cells) bits of the minimisers. The first words are replaced by what they stand for (`mixture`); the
-            others, where there are any, stand for themselves because their mixture would lead into a wall.
+        masks: (words or 2·words, cells) bits of the minimisers. The first words are replaced by what they stand for
+            (`mixture`); the others, where there are any, stand for themselves because their mixture would lead into a
+            wall.
         odds: (n, cells) probabilities of a finite rationality, `masks` not being used; or size 0.
     """
 
@@ -52,7 +54,7 @@ def _mark_row(
     cost: Values, first: int, stride: int, start: int, width: int, taps: Values, dimension: int, tolerance: float,
     lines: Values, masks: IntArray, column: int,
 ) -> None:  # fmt: skip
-    """Bits of the actions within `tolerance` of the least cost, for a row of `width` cells; none where nothing is admissible."""
+    """Bits of the actions within `tolerance` of the least cost, for a row of cells; none if nothing is admissible."""
     count = taps.shape[2]
     r0, r1 = axis_radius(count // 2, dimension)
     n, zero, to = np.uintp(width), np.uintp(0), np.uintp(column)
@@ -229,8 +231,8 @@ def choose(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_admissible(free: BoolArray, centre: int, dimension: int, reach: int, radius: int, masks: IntArray) -> None:
-    """Bits of the actions that end in a free cell, for the box of `radius`; where there is none, of the action "stay"."""
-    rows, count = row_count(centre, dimension), 2 * reach + 1
+    """Bits of the actions that end in a free cell, for the box of `radius`; where there is none, of "stay"."""
+    rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     b0, b1 = axis_radius(radius, dimension)
     r0, r1 = axis_radius(reach, dimension)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from sidestep._kernels.sweep import Values, axis_radius, row_count
-from sidestep.types import FloatArray, IntArray
+from sidestep.types import FloatArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -26,7 +26,7 @@ def lay_out_danger(
     bounds: FloatArray,
     axes: Values,
 ) -> None:
-    """Where the robot is in the lattice's frame, the most that it can cost anybody, and its danger where that separates.
+    """Where the robot is in the lattice's frame, the most that it costs anybody, and its danger where that separates.
 
     Args:
         world: (≥ T, d) m, positions of the robot.
@@ -79,7 +79,7 @@ def danger_tables(
     dimension: int,
     out: Values,
 ) -> None:
-    """Decay with the distance itself: weight · exp(−rate · ‖x − r‖), at every instant on the box that is read; (T·rows, C)."""
+    """Decay with the distance itself: weight · exp(−rate · ‖x − r‖), on the box that is read at each instant."""
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     for t in range(path.shape[0]):
@@ -109,7 +109,7 @@ def lay_out_actions(
     mixture: FloatArray,
     tables: FloatArray,
 ) -> float:
-    """Cost of the components of all actions, and what is chosen where the goal is a direction and nothing is in the way.
+    """Cost of the components of all actions, and what is chosen where the goal is a direction and the way is clear.
 
     Args:
         effort: (d,) weight θ2 per axis.
@@ -161,7 +161,7 @@ def lay_out_actions(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _mix(costs: FloatArray, tolerance: float, chosen: FloatArray, mixture: FloatArray) -> float:
-    """Let the best components of one axis stand for `chosen`; how much the next is worse, 0 if there are several best."""
+    """Let the best components of one axis stand for `chosen`; by how much the next is worse, 0 if several are best."""
     best, margin, tied = costs.min(), np.inf, 0
     for u in range(costs.size):
         if costs[u] <= best + tolerance * best + 1e-12:

@@ -45,4 +45,4 @@ class ActionSet:
     @property
     def velocities(self) -> FloatArray:
         """(n, d) m/s, in the lattice's own frame."""
-        return self.multiples * self.speed
+        return self.multiples.astype(np.float64) * self.speed

@@ -39,7 +39,7 @@ class CostGrid:
     reach: int
     steps: int
     centre: int
-    dtype: np.dtype[np.float64] | np.dtype[np.float32] = np.dtype(np.float64)
+    dtype: type[np.float64] | type[np.float32] = np.float64
 
     @property
     def dimension(self) -> int:
@@ -77,7 +77,7 @@ def per_axis(name: str, weight: float | tuple[float, ...], dimension: int) -> Fl
 
 
 def danger_law(model: HumanModel) -> tuple[float, float]:
-    """(weight, rate) of the expected danger under perception noise ε ~ N(0, σ²) on the distance; both decays stay of their form."""
+    """(weight, rate) of the expected danger under perception noise ε ~ N(0, σ²) on the distance; its form stays."""
     weight, rate, variance = model.danger_weight, model.danger_rate, model.perception_noise**2
     if model.danger_decay == "distance":
         return weight * math.exp(rate**2 * variance / 2), rate  # E exp(−θ4 (d+ε))
@@ -105,9 +105,10 @@ class ActionTerms:
 def action_terms(model: HumanModel, goal: Goal, grid: CostGrid, width: int) -> ActionTerms:
     """Lay out the costs of actions: effort θ2·(m·v)² per component; `tables` get `width` columns.
 
-    A `DirectionGoal` adds its pull here. The stage cost −θ1·d̂·x (d̂ the unit direction), summed over the M − j instants that
-    action j still acts on, is θ1·(M − j)·ΔT·d̂_a·(w_a − m·v) per axis up to a constant, w the intended velocity; we charge its
-    magnitude. For a person at the fastest action straight along an axis that is the linear cost itself; for any other
+    A `DirectionGoal` adds its pull here. The stage cost −θ1·d̂·x (d̂ the unit direction), summed over the M − j
+    instants that action j still acts on, is θ1·(M − j)·ΔT·d̂_a·(w_a − m·v) per axis up to a constant, w the intended
+    velocity; we charge its magnitude. For a person at the fastest action straight along an axis that is the linear
+    cost itself; for any other
     velocity it keeps the pull from ending in a corner of the box of actions: nobody gains by hurrying.
     """
     d, reach = grid.dimension, grid.reach

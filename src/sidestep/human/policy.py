@@ -1,18 +1,19 @@
 """Best actions everywhere, by backward induction (Eqs. 2 and 5).
 
-Policy k says what a person does at instant k. It charges the M = max(N_H, 1) predicted states after it; with N_H = 0 the
-robot is taken to stay where it is at k, otherwise it is anticipated. One sweep gives the optimal first action from every cell.
+Policy k says what a person does at instant k. It charges the M = max(N_H, 1) predicted states after it; with N_H = 0
+the robot is taken to stay where it is at k, otherwise it is anticipated. One sweep gives the optimal first action
+from every cell.
 
-A `DirectionGoal` whose velocity lies between actions is kept on average: its deliberate action is the mixture of the two
-neighbouring actions per axis that has exactly that mean. A person who minds the robot deviates per axis: along an axis where
-the best component is the undisturbed one there is no reason to deviate, and the mixture stays; elsewhere the best component
-itself is taken. So β = 0 and β = 1 agree exactly where the robot does not matter. A finite rationality spreads the choice by
+A `DirectionGoal` whose velocity lies between actions is kept on average: its deliberate action is the mixture of the
+two neighbouring actions per axis that has exactly that mean. A person who minds the robot deviates per axis: along an
+axis where the best component is the undisturbed one there is no reason to deviate, and the mixture stays; elsewhere
+the best component itself is taken. So β = 0 and β = 1 agree exactly where the robot does not matter. A finite
+rationality spreads the choice by
 itself: then Eq. 5's Boltzmann form is kept as it is.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import reduce
 
@@ -44,7 +45,8 @@ class GoalPolicy:
         grid: cells and stages.
         costs: stage costs on it.
         actions: costs of actions.
-        tables: (3·T, 2·radius + 1) P_d of the undisturbed person per axis where it is separable; size 0 where it is not.
+        tables: (3·T, 2·radius + 1) P_d of the undisturbed person per axis where it is separable; size 0 where it is
+            not.
         differs: (N,) False where the danger provably changes no action of policy k.
         free: grid.shape, or size 0.
         rationality: of Eq. 5.
@@ -98,7 +100,8 @@ def policy_of(
     if isinstance(goal, StandGoal):
         differs = np.zeros(len(differs), np.bool_)
     elif actions.margin > 0 and free is None:
-        # Danger ≥ 0: the undisturbed choice costs at most the bound more, every other at least the margin more than it did.
+        # Danger ≥ 0: the undisturbed choice costs at most the bound more, every other at least the margin more than
+        # it did.
         best = float(actions.taps.min(axis=2).sum())
         differs = danger.bounds >= actions.margin - 10 * grid.tolerance * (best + actions.margin)
     return GoalPolicy(
@@ -137,7 +140,7 @@ def words_of(reach: int, dimension: int) -> int:
 def boxes(radii: list[int], dimension: int, words: int, rows: int) -> Choices:
     """Return cleared choices for boxes of these radii, one after another."""
     sizes = [(2 * r + 1) ** dimension for r in radii]
-    ends = np.cumsum(sizes)
+    ends = np.cumsum(np.array(sizes, dtype=np.int64))
     masks = np.zeros((rows, int(ends[-1])), np.int64)
     return Choices(np.array(radii), ends - sizes, words, masks, np.zeros((0, 0)))
 
@@ -185,8 +188,8 @@ def action_values(
 ) -> FloatArray:
     """Least cost of every first action from every cell (Eq. 2): Q (cells…, n).
 
-    The cost sums the goal and danger terms of the M = max(N_H, 1) predicted states and the effort of the M actions; the state
-    now, which no action changes, is not charged. `StandGoal`: zero for action 0, +inf otherwise.
+    The cost sums the goal and danger terms of the M = max(N_H, 1) predicted states and the effort of the M actions;
+    the state now, which no action changes, is not charged. `StandGoal`: zero for action 0, +inf otherwise.
 
     Args:
         model: `horizon` None takes the length of `robot_path` less one.
@@ -237,7 +240,7 @@ def best_actions(
     time_step: float,
     free: BoolArray | None = None,
 ) -> BoolArray:
-    """Support of P_d (Eq. 5): bool (cells…, n), the minimisers of `action_values`; costs within 1e-6 relative are tied."""
+    """Support of P_d (Eq. 5): bool (cells…, n), the minimisers of `action_values`, ties within 1e-6 relative."""
     values = action_values(model, lattice, goal, robot_path, awareness, time_step, free)
     best = values.min(axis=-1, keepdims=True)
     limit = np.where(np.isfinite(best), best + TIE * np.abs(best) + 1e-12, -np.inf)

@@ -16,13 +16,12 @@ prediction.contact                         # (N,)
 from __future__ import annotations
 
 import itertools
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import row_shape
@@ -72,7 +71,8 @@ class Prediction:
         velocities: (n, d) m/s of these actions in the world frame.
         contact: (N,) P(first contact at k = 1..N) along the robot's path; zeros without removal.
         midway: N arrays, mass at k + ½ on `midway_lattice(k)`; empty if not asked for.
-        hypotheses: (G, 2, N+1, cells…) mass of each hypothesis, weight included; None if not asked for or if awareness is resampled.
+        hypotheses: (G, 2, N+1, cells…) mass of each hypothesis, weight included; None if not asked for, or if
+            awareness is resampled.
     """
 
     occupancy: Occupancy
@@ -94,8 +94,9 @@ class Prediction:
 def frame_of(model: HumanModel, position: VectorLike, velocity: VectorLike | None, time_step: float) -> Lattice:
     """Return the lattice (radius 0) on which a person's actions land.
 
-    Frame "heading": its first axis points along `velocity` ((d,) m/s) and the fastest action reach·v is the observed speed within
-    `speed_range`; without a velocity the axes are the world's. Frame "world": the world's axes and v = `walking_speed`.
+    Frame "heading": its first axis points along `velocity` ((d,) m/s) and the fastest action reach·v is the observed
+    speed within `speed_range`; without a velocity the axes are the world's. Frame "world": the world's axes and
+    `walking_speed`.
     """
     origin = np.asarray(position, dtype=np.float64)
     if model.frame == "world":
@@ -122,7 +123,7 @@ def predict(
     midway: bool = False,
     keep_hypotheses: bool = False,
     workspace: Workspace | None = None,
-    dtype: DTypeLike | None = None,
+    dtype: type[np.float32] | type[np.float64] | None = None,
 ) -> Prediction:
     """Push a person's probability mass over the horizon (Eqs. 4, 6, 7).
 
@@ -135,8 +136,8 @@ def predict(
         horizon: N ≥ 1 steps.
         time_step: s.
         removal: first-passage removal along the robot's path, or None.
-        free: (cells…) of a lattice of any radius around the same anchor: where a person may be; beyond it everywhere. An action is
-            admissible if it ends in a free cell; a person with no admissible action stays.
+        free: (cells…) of a lattice of any radius around the same anchor: where a person may be; beyond it everywhere.
+            An action is admissible if it ends in a free cell; a person with no admissible action stays.
         midway: also return the mass at mid-steps.
         keep_hypotheses: also return each hypothesis by itself (persistent awareness only).
         workspace: scratch to reuse.
@@ -201,11 +202,15 @@ def first_action_probabilities(
 ) -> FloatArray:
     """P(u | x; goal, β) at the anchor now (Eq. 4), (G, 2, n): what `predict` returns, without the push.
 
-    Arguments as for `predict`; `robot_path` needs M + 1 positions. `horizon` is N_H where the model has none of its own.
+    Arguments as for `predict`; `robot_path` needs M + 1 positions; `horizon` is N_H where the model has none of its
+    own.
     """
     model = replace(model, horizon=horizon) if model.horizon is None else model
-    scene = _Scene.of(model, lattice, goals, robot_path, 1, time_step, None, free, workspace or Workspace(), None)
-    return _read_only(np.array([[scene.first_actions(policy, beta) for beta in (0, 1)] for policy in scene.policies]))
+    scene = Scene.of(model, lattice, goals, robot_path, 1, time_step, None, free, workspace or Workspace(), None)
+    first = np.empty((len(goals), 2, (2 * model.reach + 1) ** lattice.dimension))
+    for g, beta in np.ndindex(len(goals), 2):
+        scene.first_actions(g, float(beta), first[g, beta])
+    return _read_only(first)
 
 
 def action_velocities(model: HumanModel, lattice: Lattice, time_step: float) -> FloatArray:

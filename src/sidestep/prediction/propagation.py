@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike
 
 from sidestep._kernels.push_horizon import Behaviour, Conditions, propagate
+from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.sweep_choices import Choices, ValueScratch
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import CostGrid, danger_terms, row_shape
@@ -40,14 +40,13 @@ class Removal:
 
     Attributes:
         distance: m between centres; contact is anything nearer.
-        fractions: (N+1, F) share removed at instant k and distance `step`·i, linear between, 0 beyond (see `spread.profiles`); or
-            None: everything nearer than `distance` and nothing else.
-        step: m.
+        weights: (C,) of the Gaussians that spread the person's position around the lattice, or None: nothing does.
+        sigmas: (N+1, C) m, their standard deviations at k = 0..N; the share removed is then P(nearer than `distance`).
     """
 
     distance: float
-    fractions: FloatArray | None = None
-    step: float = 1.0
+    weights: FloatArray | None = None
+    sigmas: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +107,7 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
         uniform=np.full((3 * count, 2 * reach * (horizon - 1) + 1), 1.0 / count),
         all_used=np.ones(3 * count),
         same=np.repeat(np.eye(count)[None], 3, axis=0),
-        offsets=np.cumsum([0, *sizes]),
+        offsets=np.cumsum(np.array([0, *sizes]), dtype=np.int64),
         nobody=boxes([0] * horizon, dimension, words_of(reach, dimension), 0),
     )
 
@@ -147,7 +146,7 @@ class Scene:
         removal: Removal | None,
         free: BoolArray | None,
         space: Workspace,
-        dtype: DTypeLike | None,
+        dtype: type[np.float32] | type[np.float64] | None,
     ) -> Scene:
         """Lay out everything; arguments as for `predict`."""
         steps, lead = look_ahead(model, horizon)
@@ -157,15 +156,14 @@ class Scene:
         if world.ndim != 2 or world.shape[1] != d or len(world) < needed:
             raise InvalidInput("robot_path", world.shape, f"at least ({needed}, {d})")
         if dtype is None:
-            single = horizon * steps >= SINGLE_FROM and np.isinf(model.rationality)
-            dtype = np.float32 if single else np.float64
+            dtype = np.float32 if horizon * steps >= SINGLE_FROM and np.isinf(model.rationality) else np.float64
         grid = CostGrid(
             lattice=lattice,
             time_step=time_step,
             reach=reach,
             steps=steps,
             centre=reach * (horizon - 1 + steps),
-            dtype=np.dtype(dtype),
+            dtype=dtype,
         )
         danger = danger_terms(model, world[:needed], grid, horizon, lead)
         walls = embedded_free(free, grid)
@@ -177,7 +175,7 @@ class Scene:
     def push(
         self, goal: int, weight: float, concerned: float, results: Results, actions: FloatArray | None = None
     ) -> None:
-        """Add one hypothesis to the results, as many policies at a time as fit in memory; `actions` (n,) as for the kernel."""
+        """Add one hypothesis to the results, as many policies at a time as fit; `actions`: see `propagate`."""
         touched = False
         for first, last in self._stretches(self._policies[goal]):
             touched = self._propagate(goal, first, last, touched, weight, concerned, results, actions)
@@ -213,7 +211,7 @@ class Scene:
             self._behaviour = Behaviour(
                 policy.actions.mixture,
                 policy.tables,
-                policy.tables.any(axis=1).astype(np.float64),
+                np.any(policy.tables, axis=1).astype(np.float64),
                 self._undisturbed(goal),
                 self._concerned(policy, first, last) if minding else self._constants.nobody,
                 policy.differs,
@@ -247,7 +245,7 @@ class Scene:
         if np.isinf(policy.rationality):
             return self._space.choices(name, radii, d, words, policy.layers)
         sizes = [(2 * r + 1) ** d if first <= k < last else 0 for k, r in enumerate(radii)]
-        ends = np.cumsum(sizes)
+        ends = np.cumsum(np.array(sizes, dtype=np.int64))
         odds = np.zeros(((2 * reach + 1) ** d, int(ends[-1])))
         return Choices(np.array(radii), ends - sizes, words, np.zeros((words, 0), np.int64), odds)
 
@@ -272,7 +270,7 @@ def _conditions(
 ) -> Conditions:
     reach = grid.reach
     middle = reach * (horizon - 1)
-    fractions = np.zeros((1, 0)) if removal is None or removal.fractions is None else removal.fractions
+    samples, grids = _contact_profiles(removal, horizon, grid.dimension)
     return Conditions(
         dimension=grid.dimension,
         reach=reach,
@@ -287,7 +285,17 @@ def _conditions(
         half_centre=2 * middle + reach,
         path=path,
         contact=-1.0 if removal is None else float(removal.distance),
-        fractions=np.ascontiguousarray(fractions, dtype=np.float64),
-        fraction_step=1.0 if removal is None else float(removal.step),
+        samples=samples,
+        grids=grids,
         offsets=constants.offsets,
     )
+
+
+def _contact_profiles(removal: Removal | None, horizon: int, dimension: int) -> tuple[FloatArray, FloatArray]:
+    if removal is None or removal.weights is None or removal.sigmas is None:
+        return np.zeros((1, 0)), np.zeros((1, 4))
+    sigmas = np.ascontiguousarray(removal.sigmas, dtype=np.float64)
+    weights = np.ascontiguousarray(removal.weights, dtype=np.float64)
+    if weights.ndim != 1 or sigmas.shape != (horizon + 1, weights.size):
+        raise InvalidInput("removal.sigmas", sigmas.shape, f"({horizon + 1}, {weights.size})")
+    return profiles(float(removal.distance), weights, sigmas, blob_table(dimension))
