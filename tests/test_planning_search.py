@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 
 from sidestep._kernels import search as kernel
 from sidestep.obstacles import Obstacles
+from sidestep.planning.geodesic import distance_to_goal
 from sidestep.planning.problem import LAG, PlanningProblem
-from sidestep.planning.search import lattice_taps, resolution, search
+from sidestep.planning.search import search
+from sidestep.planning.search_maps import lattice_taps, prepare, resolution
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from alternatives import search as naive
@@ -262,6 +264,33 @@ def test_robot_inside_a_wall_gets_out_or_stops_but_never_fails():
     assert np.isfinite(stuck.path).all()
     if not stuck.feasible:
         assert (stuck.path == 0.0).all()
+
+
+@pytest.mark.parametrize("goal_cost", ["squared", "distance"])
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("walled", [False, True])
+def test_maps_hold_the_costs_and_walls_of_their_places(d, goal_cost, walled):
+    if d == 1 and walled:
+        return
+    walls = Obstacles(polygons=[[(0.6, -0.5), (0.8, -0.5), (0.8, 0.4), (0.6, 0.4)]]) if walled else None
+    goal = np.arange(1.0, d + 1.0)
+    given_ = problem(
+        start=np.full(d, 0.1), goal=goal, horizon=2, resolution=2, goal_cost=goal_cost,
+        goal_weight=tuple(np.arange(1.0, d + 1.0)), obstacles=walls, margin=0.2,
+        distance_to_goal=distance_to_goal(walls, goal, margin=0.2) if walled else None,
+    )  # fmt: skip
+    maps = prepare(given_)
+    span = maps.spacing * np.arange(-4, 5)
+    places = 0.1 + np.stack(np.meshgrid(*([span] * d), indexing="ij"), axis=-1).reshape(-1, d)
+    exact = given_.goal_costs(places)
+    assert maps.stage.ravel() == pytest.approx(exact - exact.min(), abs=1e-4)
+    if walled:
+        margin = np.hypot(0.2, 0.125)
+        assert (maps.blocked.ravel() == ~walls.free(places, margin)).all()
+        half = (2 * 3 + 1) // 2
+        span = maps.spacing * (np.arange(-half, half + 1) + 0.5)
+        odd = 0.1 + np.stack(np.meshgrid(*([span] * d), indexing="ij"), axis=-1).reshape(-1, d)
+        assert (maps.blocked_halfway[-1].ravel() == ~walls.free(odd, margin)).all()
 
 
 @pytest.mark.parametrize("d", [1, 3])

@@ -95,6 +95,11 @@ class Obstacles:
         """Return (cells…) whether each cell of `lattice` keeps `margin` m from every wall."""
         return self.free(lattice.positions(), margin)
 
+    @property
+    def shapes(self) -> tuple[FloatArray, BoolArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """What `_kernels.walls.free_points` reads after the points and the margin."""
+        return *self._shapes, *self._samples
+
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
         """x_min, y_min, x_max, y_max in m around all walls; zeros without walls."""

@@ -66,8 +66,10 @@ def sweep_risk(
             gap = 0.0
             for a in range(d):
                 gap += (offset[h, a] + t * (actions[n, a] - velocities[m, a])) ** 2
-            gap = math.sqrt(gap)
             r = distances[h]
+            if gap > (r + 9.0 * sigmas[h]) ** 2:
+                continue
+            gap = math.sqrt(gap)
             if sigmas[h] > 0.0:
                 total += probabilities[n] * 0.5 * math.erfc((gap - r) / sigmas[h] * 0.7071067811865476)
             elif gap < r * (1.0 - 1e-9):

@@ -92,7 +92,7 @@ def wall_distances(
 
 
 @njit(cache=True)
-def _sampled(x: float, y: float, samples: FloatArray, corner: FloatArray) -> tuple[float, float]:
+def nearest_sample(x: float, y: float, samples: FloatArray, corner: FloatArray) -> tuple[float, float]:
     """Nearest sample of the signed distance and how far away it was taken; (0, inf) outside the samples."""
     i = int(math.floor((x - corner[0]) / corner[2] + 0.5))
     j = int(math.floor((y - corner[1]) / corner[2] + 0.5))
@@ -119,7 +119,7 @@ def free_points(
     out = np.empty(points.shape[0], np.bool_)
     for m in range(points.shape[0]):
         x, y = points[m, 0], points[m, 1]
-        value, away = _sampled(x, y, samples, corner)
+        value, away = nearest_sample(x, y, samples, corner)
         if value - away >= margin:
             out[m] = True
         elif value + away < margin:
@@ -171,7 +171,7 @@ def free_segments(
         while True:
             t = at / length if length > 0.0 else 0.0
             x, y = starts[m, 0] + t * dx, starts[m, 1] + t * dy
-            value, away = _sampled(x, y, samples, corner)
+            value, away = nearest_sample(x, y, samples, corner)
             room = value - away - margin
             if not room > step:
                 room = wall_distance(x, y, segments, grid, frame, sizes) - margin

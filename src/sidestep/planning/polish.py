@@ -12,7 +12,8 @@ import piqp
 
 from sidestep._kernels.search_corridor import corridor
 from sidestep.planning.problem import PlanningProblem
-from sidestep.planning.search import SearchMaps, SearchResult
+from sidestep.planning.search import SearchResult
+from sidestep.planning.search_maps import SearchMaps
 from sidestep.types import FloatArray, Path
 
 CHORDS = 4
@@ -179,10 +180,9 @@ def _risk_surroundings(
     rays = np.zeros((len(directions), 3))
     rays[:, 3 - d :] = directions
     limit = np.inf if problem.graded else 0.5 if problem.rule == "cells" else problem.risk_limit
-    active = (np.arange(3) >= 3 - d).astype(np.int64)
     rasters = maps.rasters
     room, slope = corridor(
-        cells, rays, 1.5, maps.radius, active, rasters.values, rasters.starts, rasters.some, float(limit)
+        cells, rays, 1.5, maps.radius, maps.active, rasters.values, rasters.starts, rasters.some, float(limit)
     )
     halves = problem.people is not None and problem.people.has_midway
     rise = slope[:, 3 - d :] * (problem.soft_risk_weight * (0.5 if halves else 1.0) / maps.spacing)

@@ -1,0 +1,131 @@
+"""Goal costs and walls over the robot's lattice, place by place without lists of places in between."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sidestep._kernels.walls import interpolate, nearest_sample, wall_distance
+from sidestep.types import FloatArray, IntArray
+
+
+@njit(cache=True)
+def goal_box(
+    origin: FloatArray, goal: FloatArray, weight: FloatArray, squared: bool, spacing: float, half: IntArray
+) -> tuple[NDArray[np.float32], float]:
+    """Goal costs over a box, straight-line: Σ weight·(x − g)² or ‖weight·(x − g)‖.
+
+    Args:
+        origin: (3,) m, centre of the box.
+        goal: (3,) m.
+        weight: (3,) θ5.
+        squared: which of the two.
+        spacing: m.
+        half: (3,) cells to the faces.
+
+    Returns:
+        costs above the smallest one, and that one.
+    """
+    out = np.empty((2 * half[0] + 1, 2 * half[1] + 1, 2 * half[2] + 1), np.float32)
+    parts = np.zeros((3, 2 * half.max() + 1))
+    lowest = 0.0
+    for a in range(3):
+        for i in range(2 * half[a] + 1):
+            apart = origin[a] + spacing * (i - half[a]) - goal[a]
+            parts[a, i] = apart * apart * weight[a] * (1.0 if squared else weight[a])
+        lowest += parts[a, : 2 * half[a] + 1].min()
+    lowest = lowest if squared else math.sqrt(lowest)
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            near = parts[0, i] + parts[1, j]
+            row = out[i, j]
+            if squared:
+                for k in range(row.size):
+                    row[k] = near + parts[2, k] - lowest
+            else:
+                for k in range(row.size):
+                    row[k] = math.sqrt(near + parts[2, k]) - lowest
+    return out, lowest
+
+
+@njit(cache=True)
+def field_box(
+    origin: FloatArray,
+    spacing: float,
+    half: IntArray,
+    values: FloatArray,
+    corner: FloatArray,
+    cell: float,
+    goal: FloatArray,
+    weight: float,
+    squared: bool,
+) -> tuple[NDArray[np.float32], float]:
+    """Goal costs over a box from a distance field (`walls.interpolate`), as `goal_box` returns them.
+
+    Args:
+        origin: (3,) m, centre of the box.
+        spacing: m.
+        half: (3,) cells to the faces; the last two axes are x and y, unless all three exist: then the first two.
+        values: (w, h) m, of the field.
+        corner: (2,) m.
+        cell: m, spacing of the field.
+        goal: (2,) m.
+        weight: θ5.
+        squared: the distance or its square.
+    """
+    out = np.empty((2 * half[0] + 1, 2 * half[1] + 1, 2 * half[2] + 1), np.float32)
+    flat = half[0] == 0
+    x = 1 if flat else 0
+    places = np.empty(((2 * half[x] + 1) * (2 * half[x + 1] + 1), 2))
+    n = 0
+    for i in range(-half[x], half[x] + 1):
+        for j in range(-half[x + 1], half[x + 1] + 1):
+            places[n, 0] = origin[x] + spacing * i
+            places[n, 1] = origin[x + 1] + spacing * j
+            n += 1
+    walk = interpolate(places, values, corner, cell, goal)
+    if squared:
+        walk = walk * walk
+    lowest = weight * walk.min()
+    for n in range(walk.size):
+        i, j = n // (2 * half[x + 1] + 1), n % (2 * half[x + 1] + 1)
+        if flat:
+            out[0, i, j] = weight * walk[n] - lowest
+        else:
+            out[i, j, :] = weight * walk[n] - lowest
+    return out, lowest
+
+
+@njit(cache=True)
+def wall_box(
+    origin: FloatArray,
+    spacing: float,
+    half: IntArray,
+    margin: float,
+    segments: FloatArray,
+    grid: NDArray[np.bool_],
+    frame: FloatArray,
+    sizes: FloatArray,
+    samples: FloatArray,
+    corner: FloatArray,
+) -> NDArray[np.bool_]:
+    """Places of a box that are nearer to walls than `margin`; axes as in `field_box`, walls as in `walls.free_points`."""
+    out = np.empty((2 * half[0] + 1, 2 * half[1] + 1, 2 * half[2] + 1), np.bool_)
+    flat = half[0] == 0
+    a = 1 if flat else 0
+    for i in range(2 * half[a] + 1):
+        x = origin[a] + spacing * (i - half[a])
+        for j in range(2 * half[a + 1] + 1):
+            y = origin[a + 1] + spacing * (j - half[a + 1])
+            value, away = nearest_sample(x, y, samples, corner)
+            near = value + away < margin
+            if not near and value - away < margin:
+                near = wall_distance(x, y, segments, grid, frame, sizes) < margin
+            if flat:
+                out[0, i, j] = near
+            else:
+                out[i, j, :] = near
+    return out
