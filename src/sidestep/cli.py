@@ -16,6 +16,7 @@ from collections.abc import Sequence
 COMMANDS: dict[str, tuple[str, str]] = {
     "scenarios": ("sidestep.commands.scenarios:scenarios", "list what can be run, or print a scenario as TOML"),
     "run": ("sidestep.commands.run:run", "send a robot past people: table, record, figure"),
+    "bench": ("sidestep.commands.bench:bench", "how fast planning is, beside other planners"),
     "reproduce": ("sidestep.commands.reproduce:reproduce", "the paper, claim by claim, with verdicts"),
     "live": ("sidestep.commands.live:live", "be the pedestrian: a page in the browser"),
     "animate": ("sidestep.commands.animate:animate", "a film of a recorded run"),
