@@ -210,3 +210,9 @@ def test_three_and_one_dimensions():
         record = simulate(scenario, navigator=BlindDriver(goal=tuple(robot["goal"]), speed=0.3), snapshots=0)
         assert record.people_positions.shape[2] == d
         np.testing.assert_allclose(record.people_positions[-1, 0], goal, atol=0.3)
+
+
+def test_kinds_of_other_models_are_there_by_name():
+    one = {"id": "a", "kind": "half-random", "start": (-5, 0), "goal": (5, 0), "randomness": 0.0, "speed": 1.0}
+    record = simulate(crossing(people=[one], duration=5.0), navigator=BlindDriver(goal=(0.0, 5.0)))
+    np.testing.assert_allclose(record.people_positions[-1, 0], (0.0, 0.0), atol=1e-9)

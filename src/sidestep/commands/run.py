@@ -47,13 +47,14 @@ def run(
     """
     from sidestep.commands import recorded
     from sidestep.commands.console import emit_json, say, show, table
-    from sidestep.commands.progress import watched
-    from sidestep.commands.summary import rows, summary
     from sidestep.io.files import ready_folder
-    from sidestep.simulation.metrics import measure
 
     chosen, recording = _scenario(scenario, human, seed, horizon, set_, recorded.Source(people, scene, start))
     folder = ready_folder(out or Path("runs") / _folder_name(chosen))
+    from sidestep.commands.progress import watched  # heavy: after everything that may be wrong with the input
+    from sidestep.commands.summary import rows, summary
+    from sidestep.simulation.metrics import measure
+
     record = watched(chosen, recording)
     metrics = measure(record)
     if not record.status:
@@ -115,7 +116,9 @@ def _folder_name(scenario: Scenario) -> str:
 def _title(scenario: Scenario) -> str:
     r = scenario.robot
     start, goal = (", ".join(f"{x:g}" for x in point) for point in (r.start, r.goal))
-    return f"{scenario.name}, seed {scenario.seed}: robot from ({start}) to ({goal}) m"
+    scene = scenario.recording
+    where = "" if scene is None else f" among the people of {scene.scene} from {scene.start:g} s"
+    return f"{scenario.name}{where}, seed {scenario.seed}: robot from ({start}) to ({goal}) m"
 
 
 def _write(scenario: Scenario, record: Record, folder: Path) -> list[Path]:

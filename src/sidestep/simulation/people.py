@@ -1,7 +1,6 @@
 """Simulated people, told apart from the predictor: they may behave by other parameters, or by another model at all.
 
-A kind of person is a name in a scenario and a builder in `KINDS`. Rooms that know other kinds (social force, ORCA) pass
-their own builders to `simulate`.
+A kind of person is a name in a scenario and a builder: those of `built_in_kinds`, and those passed to `simulate`.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import numpy as np
 
 from sidestep.errors import UnknownName
 from sidestep.simulation.recordings import Track
+from sidestep.simulation.settings import MODEL_KINDS
 from sidestep.types import FloatArray, Path, Vector, frozen_array
 
 if TYPE_CHECKING:
@@ -156,11 +156,12 @@ def build_people(
 
 
 def built_in_kinds() -> Mapping[str, Builder]:
-    """Kinds of people of this room, by name."""
-    from sidestep.simulation import walkers
+    """Kinds of people that a scenario may name: by the model of Eq. 2, simple ones, and those of other models."""
+    from sidestep.simulation import crowd_people, walkers
 
-    model = dict.fromkeys(("concerned", "unconcerned", "switching", "random"), walkers.ModelWalker)
-    return {**model, "straight": walkers.StraightWalker, "standing": walkers.Stander}
+    model = dict.fromkeys(MODEL_KINDS, walkers.ModelWalker)
+    simple = {"straight": walkers.StraightWalker, "standing": walkers.Stander}
+    return {**model, **simple, **crowd_people.crowd_kinds()}
 
 
 def point_or_none(values: tuple[float, ...] | None) -> Vector | None:

@@ -17,7 +17,7 @@ Polygon = Annotated[tuple[Annotated[tuple[Number, Number], Field()], ...], Field
 """Closed, (V, 2) m; the last corner joins the first."""
 
 MODEL_KINDS = ("concerned", "unconcerned", "switching", "random")
-"""People who decide by Eq. 2; `--human` may turn one into another."""
+"""People who decide by Eq. 2."""
 
 
 class Settings(BaseModel):
@@ -74,7 +74,8 @@ class PersonSettings(Settings):
     Attributes:
         id: identity; None is "p1", "p2", … in order.
         kind: "concerned", "unconcerned", "switching" (awareness flips at `switch_times`) and "random" decide by Eq. 2,
-            "straight" walks to its goal at constant velocity, "standing" does not move; other rooms add kinds.
+            "straight" walks to its goal at constant velocity, "standing" does not move; "social-force", "orca",
+            "half-random" and "…-unconcerned" follow other models (`sidestep.simulation.crowd_people`).
         start, goal: (d,) m.
         waypoints: places on the way to the goal.
         goal_changes: changes of mind, in the order of time.
