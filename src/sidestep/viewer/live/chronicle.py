@@ -63,15 +63,18 @@ def outcome(record: Record) -> list[tuple[str, str]]:
     arrived = f"after {m.time_to_goal:.1f} s" if m.reached_goal else "not reached"
     rows = [("Goal", arrived)]
     if math.isfinite(m.min_distance):
-        rows.append(("Closest to anybody", f"{m.min_distance:.2f} m (to keep: {record.clearance:.2f} m)"))
-        rows.append(("Contacts while the robot moved", str(m.contacts_moving)))
-        rows.append(("Contacts while it stood", str(m.contacts_standing)))
+        rows.append(("Distance to keep", f"{record.clearance:.2f} m"))
+        rows.append(("Closest to anybody", f"{m.min_distance:.2f} m"))
+        rows.append(("Contacts, robot moving", str(m.contacts_moving)))
+        rows.append(("Contacts, robot standing", str(m.contacts_standing)))
     if math.isfinite(m.max_collision_probability):
-        rows.append(("Largest planned collision probability", f"{100 * m.max_collision_probability:.2f} %"))
+        rows.append(("Largest planned risk of contact", f"{100 * m.max_collision_probability:.2f} %"))
     rows.append(("Way of the robot", f"{m.path_length:.1f} m"))
     rows.append(("Planning time, median", f"{m.plan_median:.1f} ms"))
+    names = {"certified": "Plans within the limit", "least_risk": "Plans of least risk", "stopped": "Stops"}
     for name, count in m.status_counts.items():
-        rows.append((f"Under a plan that is {name.replace('_', ' ')}", f"{100 * count / max(m.steps, 1):.0f} %"))
+        if count:
+            rows.append((names.get(name, name), f"{100 * count / max(m.steps, 1):.0f} %"))
     return rows
 
 

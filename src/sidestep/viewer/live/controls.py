@@ -117,7 +117,8 @@ class Controls:
             bar.props(f'dense color=none aria-label="{slide.label}, {slide.hint}" data-setting={slide.name}')
             out = ui.element("output")
             with out:
-                text = ui.label(slide.write(slide.to(value)))
+                learnt = slide.name == "randomness" and self.visit.settings.randomness is None
+                text = ui.label("learnt" if learnt else slide.write(slide.to(value)))
 
         def moved(event: Any) -> None:
             number = event.args

@@ -106,7 +106,7 @@ def _spread(mass: FloatArray, weights: FloatArray, sigmas: FloatArray, spacing: 
 
 
 def _blur(cells: int, margin: int, sigma: float) -> FloatArray:
-    """Return (cells + 2·margin, cells): the share of each cell's mass that a Gaussian of `sigma` cells puts into each."""
+    """Return (cells + 2·margin, cells): the share of a cell's mass that a Gaussian of `sigma` cells puts into each."""
     gap = np.arange(-margin, cells + margin)[:, np.newaxis] - np.arange(cells)
     if cells == 1:
         return (gap == 0).astype(np.float64)

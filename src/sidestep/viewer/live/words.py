@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 UNCONCERNED = 0.25  # belief below which a person is treated as unconcerned
 CONCERNED = 0.75  # and above which as giving way
-FAR = 5.0  # m, beyond which a person is not worth a sentence
+FAR = 4.5  # m, beyond which a person is not worth a sentence
 WAITING = 0.08  # m/s
 
 _COUNTS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")

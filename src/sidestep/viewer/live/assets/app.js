@@ -64,6 +64,8 @@ class App {
     this.world = world;
     this.host.querySelector(".ready").hidden = true;
     this.host.dataset.mode = world.mode;
+    this.host.querySelector("h1 small").textContent =
+      world.mode === "live" ? "You are the pedestrian. The robot plans around you." : `A record: ${world.name}`;
     this.outcome(world.outcome ?? []);
     this.playback.clear();
     this.scene.show(world);

@@ -20,6 +20,13 @@ export class Steering {
     window.addEventListener("keydown", (event) => this.key(event, true));
     window.addEventListener("keyup", (event) => this.key(event, false));
     window.addEventListener("blur", () => this.letGo());
+    document.addEventListener("click", (event) => this.backToScene(event));
+  }
+
+  // Whoever sets a control with the mouse goes on walking with the keys; whoever does it with the keys stays where they are.
+  backToScene(event) {
+    const used = event.detail > 0 && event.target instanceof Element && event.target.closest(".q-slider, .q-menu [role=option], .buttons button");
+    if (used) setTimeout(() => this.canvas.focus({ preventScroll: true }), 200);
   }
 
   press(event) {
