@@ -39,11 +39,11 @@ format: setup  ## mend what ruff can mend
 	$(BIN)/ruff format .
 
 docs: setup  ## build the site, strictly, into site/
-	$(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	$(BIN)/python tools/check_links.py site
 
 docs-serve: setup  ## serve the site on this machine, rebuilt at every change
-	$(BIN)/mkdocs serve
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs serve
 
 figures: setup  ## remake the pictures of the README and the site
 	$(BIN)/python tools/make_figures.py

@@ -25,9 +25,10 @@ sys.path.insert(0, str(ROOT / "tools" / "site"))
 
 from machine import provenance  # noqa: E402
 
+PURSUIT = [{"time": 2.0 + 0.5 * k, "goal": "robot"} for k in range(16)]
 CASES: dict[str, dict[str, Any]] = {
     "a person who walks straight on": {},
-    "… and the robot is slow (0.3 m/s)": {"robot": {"max_speed": 0.3}},
+    "… and the robot is slow, 0.3 m/s": {"robot": {"max_speed": 0.3}},
     "… and the person runs (2.5 m/s), the robot is slow": {"robot": {"max_speed": 0.3}, "person": {"speed": 2.5}},
     "… and positions are noisy (0.1 m)": {"measurement": {"position_noise": 0.1}},
     "… and is seen only from 3 m on": {"measurement": {"range": 3.0}},
@@ -36,10 +37,13 @@ CASES: dict[str, dict[str, Any]] = {
         "person": {"kind": "unconcerned", "randomness": 0.5},
         "human": {"randomness": 0.05, "online_randomness": False, "steadiness": False},
     },
-    "turns toward the robot after 3 s": {"person": {"goal_changes": [{"time": 3.0, "goal": "robot"}]}},
+    "turns once toward the robot, after 3 s": {"person": {"goal_changes": [{"time": 3.0, "goal": "robot"}]}},
     "… and the planner was told another goal": {
         "person": {"goal_changes": [{"time": 3.0, "goal": "robot"}], "goal_known": True}
     },
+    "comes for the robot (1 m/s), again and again": {"person": {"goal_changes": PURSUIT}},
+    "… faster than the robot (1.5 m/s)": {"person": {"goal_changes": PURSUIT, "speed": 1.5}},
+    "… and the robot is slow (0.3 m/s)": {"person": {"goal_changes": PURSUIT}, "robot": {"max_speed": 0.3}},
     "three abreast": {"abreast": 3},
 }
 

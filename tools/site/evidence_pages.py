@@ -1,4 +1,4 @@
-"""Results of our commands → pages. One JSON file per study in docs/evidence/results, from tools/make_evidence.py."""
+"""The evidence: pages that commands write into docs/evidence, and pages made from docs/evidence/results/*.json."""
 
 from __future__ import annotations
 
@@ -7,9 +7,17 @@ from pathlib import Path
 from typing import Any
 
 
-def titles(results: Path) -> dict[str, str]:
-    """Return address → title of the pages that there are results for, in the order of the file names."""
-    return {f"evidence/{_name(path)}.md": _read(path)["title"] for path in sorted(results.glob("*.json"))}
+def titles(folder: Path) -> dict[str, str]:
+    """Return address → title of the evidence pages: those that commands wrote, then those made from results."""
+    written = [path for path in sorted(folder.glob("*.md")) if path.name != "index.md"]
+    found = {f"evidence/{path.name}": _heading(path) for path in written}
+    results = sorted((folder / "results").glob("*.json"))
+    return found | {f"evidence/{_name(path)}.md": _read(path)["title"] for path in results}
+
+
+def _heading(path: Path) -> str:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return next((line[2:].strip() for line in lines if line.startswith("# ")), path.stem)
 
 
 def evidence_pages(results: Path) -> dict[str, str]:

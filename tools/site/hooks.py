@@ -16,14 +16,14 @@ from mkdocs.structure.files import File, Files
 from scenario_page import scenario_page
 
 ROOT = Path(__file__).resolve().parents[2]
-RESULTS = ROOT / "docs" / "evidence" / "results"
+EVIDENCE = ROOT / "docs" / "evidence"
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Put the pages that there are results for into the navigation."""
+    """Put the evidence that there is into the navigation."""
     for entry in config.nav or []:
         if "Evidence" in entry:
-            entry["Evidence"] += [{title: address} for address, title in titles(RESULTS).items()]
+            entry["Evidence"] += [{title: address} for address, title in titles(EVIDENCE).items()]
     return config
 
 
@@ -34,7 +34,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "reference/command-line.md": command_page(),
         "start/examples.md": examples_page(ROOT / "examples", ROOT / "docs" / "figures" / "examples"),
         "changelog.md": (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"),
-        **evidence_pages(RESULTS),
+        **evidence_pages(EVIDENCE / "results"),
     }
     for address, text in pages.items():
         files.append(File.generated(config, address, content=text))
