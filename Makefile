@@ -39,7 +39,7 @@ format: setup  ## mend what ruff can mend
 	$(BIN)/ruff format .
 
 docs: setup  ## build the site, strictly, into site/
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	$(BIN)/python tools/check_links.py site
 
 docs-serve: setup  ## serve the site on this machine, rebuilt at every change

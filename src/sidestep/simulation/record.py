@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from sidestep.types import FloatArray, IntArray
+from sidestep.types import FloatArray, IntArray, frozen_array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -19,6 +19,8 @@ class Snapshot:
         origin: (d,) m; spacing: m; rotation: (d, d); the lattice (see `sidestep.lattice.Lattice`).
         probability: (K, cells…) probability over cells at the prediction instants `instants`.
         instants: (K,) steps ahead.
+        weights: (C,), sigmas: (K, C) m, of the Gaussians around every cell by which density is read off `probability`
+            (see `PersonPlan.spread`); empty: none.
     """
 
     step: int
@@ -28,6 +30,8 @@ class Snapshot:
     rotation: FloatArray
     probability: FloatArray
     instants: IntArray
+    weights: FloatArray = field(default_factory=lambda: frozen_array([]))
+    sigmas: FloatArray = field(default_factory=lambda: frozen_array([]))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,7 +56,10 @@ class Record:
         plans: (T, N+1, d) m, planned positions.
         planning_time: (T,) s, wall clock; 0 where the step reused the plan between two planning instants.
         plan_age: (T,) s since the plan in force was made (0 at planning instants).
-        risk_limit, clearance (m), time_step (s, of the plan), control_step (s, of the record).
+        risk_limit: P_th of the rule.
+        clearance: m between centres.
+        time_step: s, between the positions of a plan.
+        control_step: s, between the instants of the record.
         snapshots: predicted occupancies at chosen steps.
         walls: closed polygons, each (V, 2) m.
         reached_goal: the robot came within its goal tolerance.
