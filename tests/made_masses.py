@@ -56,6 +56,6 @@ def person(
     more = {}
     if spread:
         t = 0.25 * np.arange(2 * horizon + 1)[:, None]
-        more = dict(weights=np.array(weights), sigmas=np.sqrt(0.03**2 + (np.array(rates) * t**1.5) ** 2))
+        more = {"weights": np.array(weights), "sigmas": np.sqrt(0.03**2 + (np.array(rates) * t**1.5) ** 2)}
     lattice = Lattice(origin=turn @ np.asarray(position, dtype=float), spacing=speed, radius=radius, rotation=rotation)
     return PersonMass.of(lattice=lattice, steps=steps, midway=halves if midway else (), reach=reach, **more)

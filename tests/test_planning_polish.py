@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import settings as options
 from hypothesis import strategies as st
-from made_masses import person, still_person
 
+from made_masses import person, still_person
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import distance_to_goal
 from sidestep.planning.polish import polish
@@ -20,10 +20,9 @@ WALLS = Obstacles(polygons=[[(1.0, -2.0), (1.1, -2.0), (1.1, 0.4), (1.0, 0.4)]])
 
 
 def problem(**changes):
-    settings = dict(
-        start=np.zeros(2), goal=np.array([4.0, 0.33]), time_step=0.5, horizon=5, max_speed=1.0, shape="disc",
-        effort_weight=0.05,
-    )  # fmt: skip
+    settings = {
+        "start": np.zeros(2), "goal": np.array([4.0, 0.33]), "time_step": 0.5, "horizon": 5, "max_speed": 1.0,
+        "shape": "disc", "effort_weight": 0.05}  # fmt: skip
     return PlanningProblem(**{**settings, **changes})
 
 

@@ -10,6 +10,8 @@ from hypothesis import given
 from hypothesis import settings as options
 from hypothesis import strategies as st
 
+from alternatives import search as naive
+from made_masses import person, still_person
 from sidestep._kernels import search as kernel
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import distance_to_goal
@@ -18,15 +20,18 @@ from sidestep.planning.search import search
 from sidestep.planning.search_maps import lattice_taps, prepare, resolution
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
-from alternatives import search as naive
-from made_masses import person, still_person
 
 
 def problem(**changes):
-    settings = dict(
-        start=np.zeros(2), goal=np.array([4.0, 0.3]), time_step=0.5, horizon=5, max_speed=1.0, shape="disc",
-        effort_weight=0.02,
-    )  # fmt: skip
+    settings = {
+        "start": np.zeros(2),
+        "goal": np.array([4.0, 0.3]),
+        "time_step": 0.5,
+        "horizon": 5,
+        "max_speed": 1.0,
+        "shape": "disc",
+        "effort_weight": 0.02,
+    }
     return PlanningProblem(**{**settings, **changes})
 
 
@@ -50,12 +55,11 @@ def made_case(seed, d, horizon, radius, shape, *, walls, midway, steep):
     def wall(half_cells):
         return bool(solid[tuple(np.asarray(half_cells) + centre)])
 
-    given_ = dict(
-        taps=taps, effort=rng.uniform(0, 1, len(taps)).astype(np.float32), share=0.3,
-        first=np.where(rng.random(len(taps)) < 0.2, np.inf, rng.uniform(0, 1, len(taps))).astype(np.float32),
-        stage=stage, terminal=rng.uniform(0, 1) * stage, risk=rasters, weights=(0.7, 0.4), limit=0.5, steep=steep,
-        wall=wall if walls else None,
-    )  # fmt: skip
+    given_ = {
+        "taps": taps, "effort": rng.uniform(0, 1, len(taps)).astype(np.float32), "share": 0.3,
+        "first": np.where(rng.random(len(taps)) < 0.2, np.inf, rng.uniform(0, 1, len(taps))).astype(np.float32),
+        "stage": stage, "terminal": rng.uniform(0, 1) * stage, "risk": rasters, "weights": (0.7, 0.4), "limit": 0.5,
+        "steep": steep, "wall": wall if walls else None}  # fmt: skip
     blocked = np.zeros((0, 1, 1), dtype=np.bool_)
     halfway = np.zeros((0, 1, 1, 1), dtype=np.bool_)
     if walls:
@@ -81,7 +85,8 @@ def made_case(seed, d, horizon, radius, shape, *, walls, midway, steep):
     arguments = (
         horizon, radius, active, embedded, given_["effort"], given_["first"], stage.reshape(box),
         given_["terminal"].astype(np.float32).reshape(box), blocked, halfway, np.concatenate(values), starts,
-        np.array([r is not None for r in rasters]), given_["weights"], given_["limit"], given_["steep"], given_["share"],
+        np.array([r is not None for r in rasters]), given_["weights"], given_["limit"], steep,
+        given_["share"],
     )  # fmt: skip
     return given_, arguments
 
@@ -108,7 +113,7 @@ def test_search_finds_the_minimum_over_all_sequences(seed, case, walls, midway, 
 
 def test_search_is_the_same_without_compilation():
     for seed in range(3):
-        given_, arguments = made_case(seed, 2, 2, 1, "box", walls=True, midway=True, steep=50.0)
+        _, arguments = made_case(seed, 2, 2, 1, "box", walls=True, midway=True, steep=50.0)
         compiled = kernel.solve(*arguments)
         plain = kernel.solve.py_func(*arguments)
         assert plain[0] == pytest.approx(compiled[0])

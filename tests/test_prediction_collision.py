@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from alternatives import risk as naive
 from hypothesis import given
 from hypothesis import settings as options
 from hypothesis import strategies as st
-from made_masses import person, still_person
 
+from alternatives import risk as naive
+from made_masses import person, still_person
 from sidestep._kernels import risk, risk_profile, risk_raster
 from sidestep.prediction.collision import EXACT, PersonMass, RiskField, RiskRasters
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from alternatives import risk as naive
 from hypothesis import given
 from hypothesis import settings as options
 from hypothesis import strategies as st
 
+from alternatives import risk as naive
 from sidestep._kernels.risk_sweep import sweep_risk
 from sidestep.prediction.first_step import FirstStep, first_step_risk
 

@@ -84,7 +84,7 @@ class Obstacles:
     def segment_free(
         self, starts: FloatArray | VectorLike, ends: FloatArray | VectorLike, margin: float = 0.0
     ) -> BoolArray:
-        """Return (…,) whether the whole way from `starts` to `ends`, (…, d) m, keeps `margin` m (see `SEGMENT_STEP`)."""
+        """Return (…,) whether the way from `starts` to `ends`, (…, d) m, keeps `margin` m (see `SEGMENT_STEP`)."""
         a, shape = _flat(starts)
         b, other = _flat(ends)
         if shape != other:

@@ -41,9 +41,9 @@ def sequence_cost(sequence, given):
         if mid is not None:
             risk = halfway_mean(mid, mid.shape[0] // 2, here, there)
             total += share * charge(risk, given["weights"][1], given["limit"], given["steep"])
-        if k > 0 and given["wall"] is not None:
-            if given["wall"](2 * there) or given["wall"](here + there):
-                return np.inf
+        wall = given["wall"] if k > 0 else None
+        if wall is not None and (wall(2 * there) or wall(here + there)):
+            return np.inf
         here = there
     return total
 

@@ -22,6 +22,8 @@ ACROSS = 161
 """Samples of s/(1 + s) in [0, 1]."""
 SAMPLES = 192
 """Samples of the mixture of one person at one instant."""
+STEPS = 6
+"""Discs that stand for a narrow blob."""
 
 
 @njit(cache=True)
@@ -190,3 +192,60 @@ def profile_value(distance: float, samples: FloatArray, grid: FloatArray) -> flo
     if i >= samples.size - 1:
         return 0.0
     return samples[i] + (t - i) * (samples[i + 1] - samples[i])
+
+
+@njit(cache=True)
+def staircase(
+    radius: float,
+    weights: FloatArray,
+    sigmas: FloatArray,
+    table: FloatArray,
+    limit: float,
+    count: int,
+    radii: FloatArray,
+    shares: FloatArray,
+) -> int:
+    """Stand discs for a mixture F of narrow blobs; return how many.
+
+    F(d) ≤ Σ_s shares[s]·[d ≤ radii[s]] wherever F > 0.05·limit, and the bound is close at the limit.
+
+    Args:
+        radius: m.
+        weights: (C,) of the classes, 0 for those that are not narrow.
+        sigmas: (C,) m.
+        table: of `blob_table`.
+        limit: risk limit that the raster shall serve.
+        count: discs wanted.
+        radii: (STEPS,) out, m.
+        shares: (STEPS,) out.
+    """
+    top = mixture(0.0, radius, weights, sigmas, table)
+    widest = 0.0
+    whole = 0.0
+    for c in range(weights.size):
+        whole += weights[c]
+        if weights[c] > 0.0:
+            widest = max(widest, sigmas[c])
+    if whole <= 0.0:
+        return 0
+    if widest <= 1e-9:
+        radii[0], shares[0] = radius, whole
+        return 1
+    used = 0
+    anchor = 0.9 * min(limit, 0.5)
+    for s in range(count):
+        level = 0.05 * anchor if s == count - 1 else anchor ** ((s + 1.0) / (count - 1.0))
+        if level >= top and s < count - 1:
+            continue
+        low, high = 0.0, radius + TAIL * widest
+        for _ in range(14):
+            middle = 0.5 * (low + high)
+            if mixture(middle, radius, weights, sigmas, table) > level:
+                low = middle
+            else:
+                high = middle
+        below = level if s < count - 1 else 0.0
+        radii[used], shares[used] = high, top - below
+        top = below
+        used += 1
+    return used

@@ -11,74 +11,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sidestep._kernels.risk_profile import TAIL, mixture
+from sidestep._kernels.risk_profile import STEPS, staircase
 from sidestep._kernels.risk_wide import add_wide, level_of
 from sidestep.types import FloatArray, IntArray
 
-STEPS = 6
-"""Discs that stand for a narrow blob."""
 HEAVY = 0.25
 """Cells below this part of the limit are drawn as one disc; a staircase would make no difference."""
-
-
-@njit(cache=True)
-def staircase(
-    radius: float,
-    weights: FloatArray,
-    sigmas: FloatArray,
-    table: FloatArray,
-    limit: float,
-    count: int,
-    radii: FloatArray,
-    shares: FloatArray,
-) -> int:
-    """Stand discs for a mixture F of narrow blobs; return how many.
-
-    F(d) ≤ Σ_s shares[s]·[d ≤ radii[s]] wherever F > 0.05·limit, and the bound is close at the limit.
-
-    Args:
-        radius: m.
-        weights: (C,) of the classes, 0 for those that are not narrow.
-        sigmas: (C,) m.
-        table: of `blob_table`.
-        limit: risk limit that the raster shall serve.
-        count: discs wanted.
-        radii: (STEPS,) out, m.
-        shares: (STEPS,) out.
-    """
-    top = mixture(0.0, radius, weights, sigmas, table)
-    widest = 0.0
-    whole = 0.0
-    for c in range(weights.size):
-        whole += weights[c]
-        if weights[c] > 0.0:
-            widest = max(widest, sigmas[c])
-    if whole <= 0.0:
-        return 0
-    if widest <= 1e-9:
-        radii[0], shares[0] = radius, whole
-        return 1
-    used = 0
-    anchor = 0.9 * min(limit, 0.5)
-    for s in range(count):
-        if s == count - 1:
-            level = 0.05 * anchor
-        else:
-            level = anchor ** ((s + 1.0) / (count - 1.0))
-        if level >= top and s < count - 1:
-            continue
-        low, high = 0.0, radius + TAIL * widest
-        for _ in range(14):
-            middle = 0.5 * (low + high)
-            if mixture(middle, radius, weights, sigmas, table) > level:
-                low = middle
-            else:
-                high = middle
-        below = level if s < count - 1 else 0.0
-        radii[used], shares[used] = high, top - below
-        top = below
-        used += 1
-    return used
 
 
 @njit(cache=True)

@@ -36,13 +36,13 @@ def level_of(sigma: float, spacing: float) -> int:
 def _kernel(
     radius: float, weights: FloatArray, sigmas: FloatArray, h: float, active: IntArray, table: FloatArray, least: float
 ) -> FloatArray:
-    """Mixture of wide blobs, dilated by `radius`, sampled on a lattice of spacing h out to where it falls to `least`."""
+    """Mixture of wide blobs, dilated by `radius`, on a lattice of spacing h out to where it falls to `least`."""
     widest = 0.0
     for c in range(sigmas.size):
         if weights[c] > 0.0:
             widest = max(widest, sigmas[c])
     reach = radius + TAIL * widest
-    rings = reach / (RINGS - 1) * np.arange(RINGS)
+    rings = np.linspace(0.0, reach, RINGS)
     curve = np.zeros(RINGS)
     for c in range(sigmas.size):
         if weights[c] > 0.0:

@@ -24,7 +24,7 @@ def _risk_near(
         for a in range(3):
             h = half * active[a]
             up = (corner >> a) & 1
-            q = int(math.floor(c[a]))
+            q = math.floor(c[a])
             part = c[a] - q if active[a] else 0.0
             weight *= part if up else 1.0 - part
             q = q + up if active[a] else 0
@@ -32,8 +32,37 @@ def _risk_near(
                 return 1.0
             place = place * (2 * h + 1) + q + h
         if weight > 0.0:
-            total += weight * values[starts[block] + place]
+            total += weight * float(values[starts[block] + place])
     return total
+
+
+@njit(cache=True)
+def _highest_near(
+    c: FloatArray,
+    reach: float,
+    block: int,
+    radius: int,
+    active: IntArray,
+    values: NDArray[np.float32],
+    starts: IntArray,
+) -> float:
+    """Highest risk of the raster cells that `reach` touches around c; 1 if that leaves the raster."""
+    half = (radius * block + 1) // 2
+    w1, w2 = 2 * half * active[1] + 1, 2 * half * active[2] + 1
+    low = np.zeros(3, np.int64)
+    high = np.zeros(3, np.int64)
+    for a in range(3):
+        if active[a]:
+            low[a] = math.floor(c[a] - reach) + half
+            high[a] = math.ceil(c[a] + reach) + half
+            if low[a] < 0 or high[a] > 2 * half:
+                return 1.0
+    highest = 0.0
+    for i in range(low[0], high[0] + 1):
+        for j in range(low[1], high[1] + 1):
+            for k in range(low[2], high[2] + 1):
+                highest = max(highest, float(values[starts[block] + (i * w1 + j) * w2 + k]))
+    return highest
 
 
 @njit(cache=True)
@@ -47,7 +76,7 @@ def corridor(
     starts: IntArray,
     some: NDArray[np.bool_],
     limit: float,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Look around the points of a path in the rasters.
 
     Args:
@@ -57,17 +86,19 @@ def corridor(
         limit: risk above which a place is forbidden.
 
     Returns:
-        (2N, m) cells to the last allowed sample in each direction (inf if none is forbidden), and (2N, 3) slope of the
-        risk per cell.
+        (2N, m) cells to the last allowed sample in each direction (inf if none is forbidden, or the point itself is),
+        (2N, 3) slope of the risk per cell, and (2N,) the risk.
     """
     count = doubled.shape[0]
     room = np.full((count, directions.shape[0]), np.inf)
     slope = np.zeros((count, 3))
+    level = np.zeros(count)
     c = np.zeros(3)
     for n in range(count):
         block = n + 1
         if not some[block]:
             continue
+        level[n] = _risk_near(doubled[n], block, radius, active, values, starts)
         for a in range(3):
             if active[a]:
                 c[:] = doubled[n]
@@ -75,6 +106,8 @@ def corridor(
                 above = _risk_near(c, block, radius, active, values, starts)
                 c[a] -= 2.0
                 slope[n, a] = (above - _risk_near(c, block, radius, active, values, starts)) / 2.0
+        if level[n] > limit or _highest_near(doubled[n], reach, block, radius, active, values, starts) <= limit:
+            continue
         for m in range(directions.shape[0]):
             t = 0.25
             while t <= reach + 0.25:
@@ -83,4 +116,4 @@ def corridor(
                     room[n, m] = t - 0.25
                     break
                 t += 0.25
-    return room, slope
+    return room, slope, level

@@ -112,7 +112,7 @@ def wall_box(
     samples: FloatArray,
     corner: FloatArray,
 ) -> NDArray[np.bool_]:
-    """Places of a box that are nearer to walls than `margin`; axes as in `field_box`, walls as in `walls.free_points`."""
+    """Places of a box nearer to walls than `margin`; axes as in `field_box`, walls as in `walls.free_points`."""
     out = np.empty((2 * half[0] + 1, 2 * half[1] + 1, 2 * half[2] + 1), np.bool_)
     flat = half[0] == 0
     a = 1 if flat else 0

@@ -94,11 +94,11 @@ def wall_distances(
 @njit(cache=True)
 def nearest_sample(x: float, y: float, samples: FloatArray, corner: FloatArray) -> tuple[float, float]:
     """Nearest sample of the signed distance and how far away it was taken; (0, inf) outside the samples."""
-    i = int(math.floor((x - corner[0]) / corner[2] + 0.5))
-    j = int(math.floor((y - corner[1]) / corner[2] + 0.5))
+    i = math.floor((x - corner[0]) / corner[2] + 0.5)
+    j = math.floor((y - corner[1]) / corner[2] + 0.5)
     if i < 0 or j < 0 or i >= samples.shape[0] or j >= samples.shape[1]:
         return 0.0, np.inf
-    return samples[i, j], math.hypot(x - corner[0] - i * corner[2], y - corner[1] - j * corner[2])
+    return float(samples[i, j]), math.hypot(x - corner[0] - i * corner[2], y - corner[1] - j * corner[2])
 
 
 @njit(cache=True)

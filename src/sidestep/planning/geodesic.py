@@ -48,7 +48,7 @@ def distance_to_goal(
     reach: float = 3.0,
     cells: int = 40000,
 ) -> DistanceField:
-    """Compute the field for one goal and one map (Dijkstra on cells with 16 neighbours, started from all cells in sight).
+    """Compute the field for one goal and one map: Dijkstra on cells with 16 neighbours, from all cells in sight.
 
     Args:
         obstacles: walls.

@@ -1,4 +1,4 @@
-"""Continuous refinement of a lattice path, within what surrounds it (Eq. 9 as a sequence of convex quadratic programs)."""
+"""Continuous refinement of a lattice path within what surrounds it: Eq. 9 as a few convex quadratic programs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ class PolishedPath:
     """A motion that costs no more than the one it was made from and respects the same limits.
 
     Attributes:
-        path: (N+1, d) m; cost: the objective; risk: (2N,) at half instants 1..2N; rounds: programs whose result was kept.
+        path: (N+1, d) m; cost: the objective; risk: (2N,) at half instants 1..2N.
+        rounds: programs whose result was kept.
     """
 
     path: Path
@@ -48,7 +49,7 @@ def polish(problem: PlanningProblem, found: SearchResult, *, rounds: int = 2) ->
     if not found.feasible:
         return best
     for _ in range(rounds):
-        target = _program(problem, best.path, found.maps)
+        target = _program(problem, best.path, found.maps, least_gain=1e-4 * abs(best.cost))
         better = None if target is None else _accepted(problem, best, target)
         if better is None:
             return best
@@ -70,8 +71,8 @@ def _accepted(problem: PlanningProblem, best: PolishedPath, target: Path) -> Pol
     return None
 
 
-def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> Path | None:
-    """Solve one convex program around `path`; None if the solver fails."""
+def _program(problem: PlanningProblem, path: Path, maps: SearchMaps, least_gain: float) -> Path | None:
+    """Solve one convex program around `path`; None if the solver fails or the program itself promises too little."""
     steps, d = len(path) - 1, path.shape[1]
     curvature, slope = _goal_model(problem, path)
     effort = 2.0 / problem.time_step**2 * np.broadcast_to(np.asarray(problem.effort_weight, dtype=np.float64), d)
@@ -98,12 +99,15 @@ def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> Path | N
         solver.setup(np.asfortranarray(P), c.ravel(), None, None, None, None, None, low, high)
     if solver.solve() != piqp.PIQP_SOLVED:
         return None
-    moved = np.array(solver.result.x).reshape(steps, d)
-    return np.concatenate([path[:1], moved]) if np.isfinite(moved).all() else None
+    now, moved = path[1:].ravel(), np.array(solver.result.x)
+    gain = (now - moved) @ (0.5 * (P @ (now + moved)) + c.ravel())
+    if not gain > least_gain:
+        return None
+    return np.concatenate([path[:1], moved.reshape(steps, d)])
 
 
 def _goal_model(problem: PlanningProblem, path: Path) -> tuple[FloatArray, FloatArray]:
-    """Diagonal curvature (N, d) and slope (N, d) of the goal costs at the steps; for distances a quadratic from above."""
+    """Diagonal curvature and slope (N, d) of the goal costs at the steps; for distances a quadratic from above."""
     x = path[1:]
     scale = np.ones((len(x), 1))
     scale[-1] += problem.terminal_weight
@@ -117,6 +121,7 @@ def _goal_model(problem: PlanningProblem, path: Path) -> tuple[FloatArray, Float
         bend = 2.0 * weight[0] if problem.goal_cost == "squared" else weight[0] / away
         return np.broadcast_to(scale * bend, x.shape).copy(), scale * (ahead - behind) / (2 * h)
     apart = x - problem.goal
+    curvature: FloatArray
     if problem.goal_cost == "squared":
         curvature = np.broadcast_to(2.0 * weight, x.shape) * scale
     else:
@@ -130,7 +135,7 @@ def _motion_terms(steps: int, d: int) -> tuple[FloatArray, float]:
     """Hessian of ½Σ‖x_k − x_{k−1}‖² over x_1..x_N, and the weight of x_0 on x_1."""
     second = 2.0 * np.eye(steps) - np.eye(steps, k=1) - np.eye(steps, k=-1)
     second[-1, -1] = 1.0
-    matrix = np.kron(second, np.eye(d))
+    matrix = np.kron(second, np.eye(d)).astype(np.float64)
     matrix.setflags(write=False)
     return matrix, 1.0
 
@@ -179,13 +184,17 @@ def _risk_surroundings(
     cells[:, 3 - d :] = (doubled - problem.start) / maps.spacing
     rays = np.zeros((len(directions), 3))
     rays[:, 3 - d :] = directions
-    limit = np.inf if problem.graded else 0.5 if problem.rule == "cells" else problem.risk_limit
+    limit = 0.5 if problem.rule == "cells" else problem.risk_limit
     rasters = maps.rasters
-    room, slope = corridor(
+    room, slope, level = corridor(
         cells, rays, 1.5, maps.radius, maps.active, rasters.values, rasters.starts, rasters.some, float(limit)
     )
     halves = problem.people is not None and problem.people.has_midway
-    rise = slope[:, 3 - d :] * (problem.soft_risk_weight * (0.5 if halves else 1.0) / maps.spacing)
+    price = np.full(len(level), problem.soft_risk_weight)
+    if problem.graded:
+        price[level > limit] += problem.steep_risk_weight
+    price *= (0.5 if halves else 1.0) / maps.spacing
+    rise = slope[:, 3 - d :] * price[:, None]
     gradient = rise[1::2] + 0.5 * rise[0::2]
     gradient[:-1] += 0.5 * rise[2::2]
     return room * maps.spacing, gradient

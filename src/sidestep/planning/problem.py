@@ -22,7 +22,6 @@ from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.types import FloatArray, Path, RiskRule, Vector
 
-
 LAG = 0.05
 """m, how far a base of limited acceleration may lag behind its plan."""
 
@@ -114,7 +113,7 @@ class PlanningProblem:
         return self.people.along(path)
 
     def cost(self, path: Path, risk: FloatArray | None = None) -> float:
-        """Return the objective of `path` (N+1, d) m, soft risk included (graded: the steep part and the first step too).
+        """Return the objective of `path` (N+1, d) m, soft risk included (graded: the steep part and first step too).
 
         Args:
             path: m. risk: (2N,) along it, if known.

@@ -8,110 +8,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sidestep._kernels.risk import compact, mass_near, mass_within
+from sidestep._kernels.risk import mass_near, mass_within
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.risk_raster import rasterise, rasterise_all
-from sidestep.lattice import Lattice
+from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point, frame_of_lattice
 from sidestep.types import FloatArray, IntArray, Path
-
-if TYPE_CHECKING:
-    from sidestep.prediction.occupancy import Prediction
 
 EXACT = 1e-5
 """Probability that evaluations of a spread-out person may leave out, and then add as if it were near."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PersonMass:
-    """Where one person may be, at steps and midway, as one flat array.
-
-    Attributes:
-        lattice: cells at the steps (spacing s); midway the same axes with spacing s/2.
-        flat: all blocks one after another; block b is the mass at half instant b, last axis fastest.
-        offsets: (B+1,) where the blocks start; radii: (B,) cells from the anchor to each face; B = 2N+1.
-            An empty block (midway not predicted) has offsets[b] == offsets[b+1].
-        weights: (C,) probabilities of the spread classes; sigmas: (B, C) m. None: no spread.
-    """
-
-    lattice: Lattice
-    flat: FloatArray
-    offsets: IntArray
-    radii: IntArray
-    weights: FloatArray | None = None
-    sigmas: FloatArray | None = None
-
-    @classmethod
-    def of(
-        cls,
-        *,
-        lattice: Lattice,
-        steps: FloatArray,
-        midway: Sequence[FloatArray] = (),
-        reach: int = 2,
-        weights: FloatArray | None = None,
-        sigmas: FloatArray | None = None,
-    ) -> PersonMass:
-        """Collect the mass at steps (N+1, cells…; radius reach·N) and midway (N arrays, radius reach·(2k+1)).
-
-        Cells farther than reach·k from the anchor hold no mass at step k and are dropped.
-        """
-        horizon = len(steps) - 1
-        blocks: list[FloatArray] = []
-        radii = np.zeros(2 * horizon + 1, dtype=np.int64)
-        for b in range(2 * horizon + 1):
-            k = b // 2
-            if b % 2 == 0:
-                radii[b] = min(reach * k, lattice.radius)
-                cut = slice(lattice.radius - radii[b], lattice.radius + radii[b] + 1)
-                blocks.append(steps[k][(cut,) * lattice.dimension].ravel())
-            elif midway:
-                radii[b] = midway[k].shape[0] // 2
-                blocks.append(midway[k].ravel())
-            else:
-                blocks.append(np.zeros(0))
-        offsets = np.concatenate([[0], np.cumsum([x.size for x in blocks])]).astype(np.int64)
-        flat = np.concatenate(blocks).astype(np.float64, copy=False)
-        return cls(lattice=lattice, flat=flat, offsets=offsets, radii=radii, weights=weights, sigmas=sigmas)
-
-    @classmethod
-    def of_prediction(
-        cls, prediction: Prediction, *, weights: FloatArray | None = None, sigmas: FloatArray | None = None
-    ) -> PersonMass:
-        """Collect the mass of a `Prediction`; `weights` (C,) and `sigmas` (2N+1, C) m as for the class."""
-        occupancy = prediction.occupancy
-        return cls.of(
-            lattice=occupancy.lattice,
-            steps=occupancy.probability,
-            midway=prediction.midway,
-            reach=occupancy.lattice.radius // max(1, len(occupancy) - 1),
-            weights=weights,
-            sigmas=sigmas,
-        )
-
-    @property
-    def spacings(self) -> FloatArray:
-        """(B,) m between the cells of each block."""
-        s = np.full(self.radii.size, self.lattice.spacing)
-        s[1::2] *= 0.5
-        return s
-
-    @property
-    def spread(self) -> bool:
-        """True if positions are blurred."""
-        return self.sigmas is not None and self.weights is not None and bool(np.any(self.sigmas > 0))
-
-    def cells(self, tolerance: float) -> tuple[FloatArray, FloatArray, IntArray]:
-        """Return the cells (·, 3) m that matter, their masses, and (B+1,) where the blocks start in them.
-
-        Args:
-            tolerance: mass that may be left out of each block.
-        """
-        return compact(self.flat, self.offsets, self.radii, self.spacings, *_frame(self.lattice), tolerance)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -150,11 +58,11 @@ class RiskField:
             instants: (M,) half instants, 0 ≤ · < B.
             points: (M, d) m.
         """
-        embedded = _embed(points)
+        places = embedded(points)
         index = np.ascontiguousarray(instants, dtype=np.int64)
         out = np.empty((len(self.people), len(points)))
         for row, evaluator in zip(out, self._evaluators, strict=True):
-            row[:] = evaluator.at(index, embedded)
+            row[:] = evaluator.at(index, places)
         return out
 
     def at(self, instant: int, points: FloatArray) -> FloatArray:
@@ -186,14 +94,14 @@ class RiskField:
         Equal to `at` without spread; with spread an approximation that serves `limit` (see `_kernels.risk_raster`).
         """
         d = len(origin)
-        active = _active(d)
+        active = active_axes(d)
         half = radius * active
         w0, w1, w2 = (int(w) for w in 2 * half + 1)
         out = np.zeros((w0, w1, w2), dtype=np.float32)
         if self.people:
             clouds = self._clouds(0.0)
             ends = np.zeros((w0, w1 + 1, w2))
-            place = _embed_point(np.asarray(origin, dtype=np.float64))
+            place = embedded_point(np.asarray(origin, dtype=np.float64))
             rasterise(*clouds, place, spacing, instant, half, active, blob_table(d), limit, ends, out)
         return out.reshape((2 * radius + 1,) * d)
 
@@ -208,13 +116,13 @@ class RiskField:
         """
         d = len(origin)
         values, starts, some = rasterise_all(
-            *self._clouds(0.02 * limit), _embed_point(origin), spacing, radius, _active(d), blob_table(d), limit,
+            *self._clouds(0.02 * limit), embedded_point(origin), spacing, radius, active_axes(d), blob_table(d), limit,
             self.has_midway,
         )  # fmt: skip
         return RiskRasters(values=values, starts=starts, some=some)
 
     def _clouds(self, tolerance: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]:
-        """Everybody's cells (·, 3) m, masses, starts (P, B+1), distances (P,), class weights (P, C), sigmas (P, B, C)."""
+        """Everybody's cells (·, 3) m, masses, starts (P, B+1), distances (P,), weights (P, C), sigmas (P, B, C)."""
         listed = [p.cells(tolerance) for p in self.people]
         classes = max(1, max(0 if p.weights is None else len(p.weights) for p in self.people))
         weights = np.zeros((len(self.people), classes))
@@ -283,7 +191,7 @@ class _Sharp:
 
     @classmethod
     def of(cls, person: PersonMass, distance: float) -> _Sharp:
-        return cls(person, person.spacings, _frame(person.lattice), distance)
+        return cls(person, person.spacings, frame_of_lattice(person.lattice), distance)
 
     def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
         person = self.person
@@ -302,7 +210,8 @@ class _Blurred:
 
     @classmethod
     def of(cls, person: PersonMass, distance: float) -> _Blurred:
-        assert person.weights is not None and person.sigmas is not None
+        assert person.weights is not None
+        assert person.sigmas is not None
         table = blob_table(person.lattice.dimension)
         sigmas = np.ascontiguousarray(person.sigmas, dtype=np.float64)
         samples, grids = profiles(distance, np.ascontiguousarray(person.weights, dtype=np.float64), sigmas, table)
@@ -310,29 +219,3 @@ class _Blurred:
 
     def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
         return np.minimum(mass_near(points, instants, *self.listed, self.samples, self.grids) + EXACT, 1.0)
-
-
-def _active(dimension: int) -> IntArray:
-    """(3,) 1 for the axes that exist; they are the last ones."""
-    return (np.arange(3) >= 3 - dimension).astype(np.int64)
-
-
-def _embed(points: FloatArray) -> FloatArray:
-    """(M, d) → (M, 3), the missing leading axes at 0."""
-    out = np.zeros((len(points), 3))
-    out[:, 3 - points.shape[1] :] = points
-    return out
-
-
-def _embed_point(point: FloatArray) -> FloatArray:
-    out = np.zeros(3)
-    out[3 - len(point) :] = point
-    return out
-
-
-def _frame(lattice: Lattice) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Origin (3,), rotation (3, 3) and active axes (3,) of a lattice among three axes."""
-    d = lattice.dimension
-    rotation = np.eye(3)
-    rotation[3 - d :, 3 - d :] = lattice.rotation
-    return _embed_point(lattice.origin), rotation, _active(d)

@@ -1,8 +1,4 @@
-"""Robots (Eqs. 3, 10): which velocities a base can follow, what it is commanded, and where it then goes.
-
-Planning moves one point of the robot, the *reference*, which obeys x' = x + ΔT·u (Eq. 3). For `Holonomic` it is the
-centre; for `DifferentialDrive` it lies a little ahead of the axle, because a point on the axle cannot move sideways.
-"""
+"""A base with two driven wheels on one axle (Eq. 10)."""
 
 from __future__ import annotations
 
@@ -13,111 +9,8 @@ from typing import Literal
 import numpy as np
 
 from sidestep.errors import InvalidInput
-from sidestep.types import Vector, VectorLike, frozen_array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RobotState:
-    """The robot, as measured now.
-
-    Attributes:
-        position: (d,) m.
-        heading: rad, counter-clockwise from the x axis; needed by `DifferentialDrive`.
-        velocity: (d,) m/s, or None when unknown; used where acceleration is limited. For `DifferentialDrive` that of its
-            reference, or of the axle: what points across the heading is taken to come from turning.
-    """
-
-    position: Vector
-    heading: float | None = None
-    velocity: Vector | None = None
-
-    def __init__(
-        self, *, position: VectorLike, heading: float | None = None, velocity: VectorLike | None = None
-    ) -> None:
-        object.__setattr__(self, "position", frozen_array(position))
-        object.__setattr__(self, "heading", heading)
-        object.__setattr__(self, "velocity", None if velocity is None else frozen_array(velocity))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Holonomic:
-    """Moves in any direction at once (Eq. 3).
-
-    Attributes:
-        max_speed: m/s; of every axis with shape "box" (the paper), of the norm with "disc".
-        radius: m, of the footprint around the centre.
-        shape: "box" or "disc".
-        max_acceleration: m/s², or None for no limit.
-    """
-
-    max_speed: float = 1.0
-    radius: float = 0.3
-    shape: Literal["box", "disc"] = "box"
-    max_acceleration: float | None = None
-
-    def __post_init__(self) -> None:
-        _check(self.max_speed, "robot.max_speed", "a number > 0 (m/s)")
-        _check(self.radius, "robot.radius", "a number > 0 (m)")
-        _check(self.max_acceleration, "robot.max_acceleration", "a number > 0 (m/s²), or none")
-        if self.shape not in ("box", "disc"):
-            raise InvalidInput("robot.shape", self.shape, "'box' or 'disc'")
-
-    @property
-    def planning_speed(self) -> float:
-        """m/s that planning may ask of the reference, per axis or as norm (see `shape`)."""
-        return self.max_speed
-
-    @property
-    def planning_radius(self) -> float:
-        """m, of a disc around the reference that covers the robot at every heading."""
-        return self.radius
-
-    @property
-    def planning_acceleration(self) -> float | None:
-        """m/s² that planning may ask of the reference."""
-        return self.max_acceleration
-
-    def reference(self, state: RobotState) -> Vector:
-        """Return the (d,) m point that planning moves."""
-        return state.position
-
-    def reference_velocity(self, state: RobotState) -> Vector | None:
-        """Return the (d,) m/s velocity of the reference, None when unknown."""
-        return state.velocity
-
-    def limited(self, velocity: VectorLike) -> Vector:
-        """Return `velocity` (d,) m/s scaled into the speed limit, its direction kept."""
-        u = np.asarray(velocity, dtype=np.float64)
-        fastest = float(np.abs(u).max()) if self.shape == "box" else float(np.linalg.norm(u))
-        return u if fastest <= self.max_speed else u * (self.max_speed / fastest)
-
-    def command(self, velocity: VectorLike, state: RobotState, *, hold: float = 0.0) -> Vector:
-        """Return what the base takes: the velocity itself, (d,) m/s, within the limits."""
-        del state, hold
-        return self.limited(velocity)
-
-    def executed(self, command: VectorLike, state: RobotState, dt: float) -> RobotState:
-        """Return the state after `command` (d,) m/s has been applied for `dt` s.
-
-        With limited acceleration the velocity ramps straight from `state.velocity` to the command.
-        """
-        u = self.limited(command)
-        heading = state.heading
-        if self.max_acceleration is None or state.velocity is None:
-            return RobotState(position=state.position + u * dt, heading=heading, velocity=u)
-        change = u - state.velocity
-        size = float(np.linalg.norm(change))
-        ramp = size / self.max_acceleration
-        if ramp <= dt:
-            position = state.position + u * dt - 0.5 * change * ramp
-            return RobotState(position=position, heading=heading, velocity=u)
-        rate = change * (self.max_acceleration / size)
-        position = state.position + state.velocity * dt + 0.5 * rate * dt * dt
-        return RobotState(position=position, heading=heading, velocity=state.velocity + rate * dt)
-
-    def follow(self, velocity: VectorLike, state: RobotState, dt: float) -> RobotState:
-        """Return the state after the base has followed a planned velocity (d,) m/s for `dt` s."""
-        return self.executed(velocity, state, dt)
+from sidestep.robots.state import RobotState, checked_limit
+from sidestep.types import Vector, VectorLike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,13 +39,13 @@ class DifferentialDrive:
     control_period: float = 0.05
 
     def __post_init__(self) -> None:
-        _check(self.max_speed, "robot.max_speed", "a number > 0 (m/s)")
-        _check(self.max_turn_rate, "robot.max_turn_rate", "a number > 0 (rad/s)")
-        _check(self.radius, "robot.radius", "a number > 0 (m)")
-        _check(self.reference_offset, "robot.reference_offset", "a number > 0 (m), or none")
-        _check(self.max_acceleration, "robot.max_acceleration", "a number > 0 (m/s²), or none")
-        _check(self.max_turn_acceleration, "robot.max_turn_acceleration", "a number > 0 (rad/s²), or none")
-        _check(self.control_period, "robot.control_period", "a number > 0 (s)")
+        checked_limit(self.max_speed, "robot.max_speed", "a number > 0 (m/s)")
+        checked_limit(self.max_turn_rate, "robot.max_turn_rate", "a number > 0 (rad/s)")
+        checked_limit(self.radius, "robot.radius", "a number > 0 (m)")
+        checked_limit(self.reference_offset, "robot.reference_offset", "a number > 0 (m), or none")
+        checked_limit(self.max_acceleration, "robot.max_acceleration", "a number > 0 (m/s²), or none")
+        checked_limit(self.max_turn_acceleration, "robot.max_turn_acceleration", "a number > 0 (rad/s²), or none")
+        checked_limit(self.control_period, "robot.control_period", "a number > 0 (s)")
 
     @property
     def shape(self) -> Literal["box", "disc"]:
@@ -271,10 +164,6 @@ class DifferentialDrive:
         return before[0] + steps[0] / excess, before[1] + steps[1] / excess
 
 
-Robot = Holonomic | DifferentialDrive
-"""What can be planned for."""
-
-
 def _arc(along: float, across: float, offset: float, time: float, guess: tuple[float, float]) -> tuple[float, float]:
     """(v, ω) held for `time` that move a point `offset` ahead of the axle by (along, across), both in the axle's frame.
 
@@ -312,8 +201,3 @@ def _heading(state: RobotState) -> float:
     if state.heading is None:
         raise InvalidInput("robot.heading", None, "a number (rad)", "a DifferentialDrive needs RobotState(heading=…)")
     return state.heading
-
-
-def _check(value: float | None, name: str, allowed: str) -> None:
-    if value is not None and not (math.isfinite(value) and value > 0):
-        raise InvalidInput(name, value, allowed)

@@ -1,0 +1,38 @@
+"""The robot, as measured now, and what its limits may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sidestep.errors import InvalidInput
+from sidestep.types import Vector, VectorLike, frozen_array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RobotState:
+    """The robot, as measured now.
+
+    Attributes:
+        position: (d,) m.
+        heading: rad, counter-clockwise from the x axis; needed by `DifferentialDrive`.
+        velocity: (d,) m/s, or None when unknown; used where acceleration is limited. For `DifferentialDrive` that
+            of its reference, or of the axle: what points across the heading is taken to come from turning.
+    """
+
+    position: Vector
+    heading: float | None = None
+    velocity: Vector | None = None
+
+    def __init__(
+        self, *, position: VectorLike, heading: float | None = None, velocity: VectorLike | None = None
+    ) -> None:
+        object.__setattr__(self, "position", frozen_array(position))
+        object.__setattr__(self, "heading", heading)
+        object.__setattr__(self, "velocity", None if velocity is None else frozen_array(velocity))
+
+
+def checked_limit(value: float | None, name: str, allowed: str) -> None:
+    """Raise InvalidInput unless `value` is None or a finite number > 0."""
+    if value is not None and not (math.isfinite(value) and value > 0):
+        raise InvalidInput(name, value, allowed)
