@@ -23,7 +23,7 @@ VERSION = 1
 _TEXT = ("scenario", "settings", "seed", "robot_radius", "people", "status", "risk_limit", "clearance")
 _MORE_TEXT = ("time_step", "control_step", "reached_goal")
 _APART = ("snapshots", "walls")
-_SNAPSHOT = ("origin", "rotation", "probability", "instants")
+_SNAPSHOT = ("origin", "rotation", "probability", "instants", "weights", "sigmas")
 
 
 def write_record(record: Record, path: str | Path) -> Path:
@@ -76,10 +76,10 @@ def _array_names() -> list[str]:
 
 
 def _assembled(meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Record:
-    shots = [
-        Snapshot(**{name: _frozen(arrays[f"snapshot_{i}_{name}"]) for name in _SNAPSHOT}, **scalars)
-        for i, scalars in enumerate(meta["snapshots"])
-    ]
+    shots: list[Snapshot] = []
+    for i, scalars in enumerate(meta["snapshots"]):
+        held = {name: f"snapshot_{i}_{name}" for name in _SNAPSHOT}  # the spread is not in older files
+        shots.append(Snapshot(**{name: _frozen(arrays[key]) for name, key in held.items() if key in arrays}, **scalars))
     values: dict[str, Any] = {name: meta[name] for name in (*_TEXT, *_MORE_TEXT)}
     values["people"], values["status"] = tuple(meta["people"]), tuple(meta["status"])
     values |= {name: frozen_array(arrays[name]) for name in _array_names()}

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sidestep.planning.plan import Plan
+from sidestep.planning.plan import PersonPlan, Plan
 from sidestep.simulation.people import Person
 from sidestep.simulation.record import Record, Snapshot
 from sidestep.types import FloatArray, Vector, frozen_array
 
 if TYPE_CHECKING:
-    from sidestep.prediction.occupancy import Occupancy
     from sidestep.simulation.scenario import Scenario
 
 _KEPT = 32  # steps whose occupancies are held at most while a run lasts
@@ -121,9 +120,7 @@ class Recorder:
         here = self.robot[-1]
         nearest = sorted(plan.people.items(), key=lambda item: float(np.linalg.norm(item[1].position - here)))
         album = [
-            snapshot(index, self._column[name], person.occupancy)
-            for name, person in nearest[:_NEAREST]
-            if name in self._column
+            snapshot(index, self._column[name], person) for name, person in nearest[:_NEAREST] if name in self._column
         ]
         self._albums.append((index, tuple(album)))
         if len(self._albums) > _KEPT:
@@ -158,19 +155,22 @@ class _Step:
         self.plan: FloatArray
 
 
-def snapshot(step: int, person: int, occupancy: Occupancy) -> Snapshot:
+def snapshot(step: int, person: int, seen: PersonPlan) -> Snapshot:
     """Return some instants of a predicted occupancy: the first step ahead, the last, and some between."""
-    last = len(occupancy) - 1
+    last = len(seen.occupancy) - 1
     instants = np.unique(np.linspace(min(1, last), last, _INSTANTS).round().astype(np.int64))
-    lattice = occupancy.lattice
+    lattice = seen.occupancy.lattice
+    weights, sigmas = (np.zeros(0), np.zeros((last + 1, 0))) if seen.spread is None else seen.spread
     return Snapshot(
         step=step,
         person=person,
         origin=lattice.origin,
         spacing=lattice.spacing,
         rotation=lattice.rotation,
-        probability=frozen_array(occupancy.probability[instants]),
+        probability=frozen_array(seen.occupancy.probability[instants]),
         instants=instants,
+        weights=frozen_array(weights),
+        sigmas=frozen_array(sigmas[instants]),
     )
 
 

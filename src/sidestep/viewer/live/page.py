@@ -68,9 +68,7 @@ class Page:
 
     def _head(self, visit: Visit) -> None:
         with ui.element("header").classes("head"):
-            ui.html(
-                "<h1>sidestep <small></small></h1>", sanitize=False
-            )
+            ui.html("<h1>sidestep <small></small></h1>", sanitize=False)
             with ui.element("div").classes("tools"):
                 Files(self.shelf, visit).build()
                 dark = ui.dark_mode(None)

@@ -46,11 +46,6 @@ class Replay:
         """Index of the last recorded instant."""
         return len(self._record.time) - 1
 
-    @property
-    def time(self) -> float:
-        """Seconds since the record began."""
-        return self._clock
-
     def post(self, message: messages.Message) -> None:
         """Take a message from the browser; it acts at the next tick."""
         self._inbox.append(message)
@@ -235,4 +230,5 @@ def _angle(velocity: FloatArray) -> float | None:
 def _painted(shot: Snapshot) -> Heat:
     width = shot.probability.shape[1]
     lattice = Lattice(origin=shot.origin, spacing=shot.spacing, radius=(width - 1) // 2, rotation=shot.rotation)
-    return paint(shot.probability, lattice, tuple(int(k) for k in shot.instants))
+    spread = (shot.weights, shot.sigmas) if shot.weights.size else None
+    return paint(shot.probability, lattice, tuple(int(k) for k in shot.instants), spread)

@@ -14,6 +14,7 @@ from sidestep.simulation.loop import Navigator
 from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario
 from sidestep.viewer.live import messages, stage
+from sidestep.viewer.live.frames import frame, plan_packet
 from sidestep.viewer.live.navigators import TITLES, navigator_of
 from sidestep.viewer.live.settings import LiveSettings
 from sidestep.viewer.live.visitor import Visitor
@@ -64,11 +65,6 @@ class Session:
     def interval(self) -> float:
         """Seconds between two ticks."""
         return stage.CONTROL_STEP
-
-    @property
-    def time(self) -> float:
-        """Seconds on the page's clock; it runs on from trip to trip."""
-        return self._clock
 
     def post(self, message: messages.Message) -> None:
         """Take a message from the browser; it acts at the next tick."""
@@ -128,7 +124,7 @@ class Session:
             pace=round(self.pace, 3),
             hand=None if hand is None else numbers(hand),
             trouble=self.trouble,
-            panels=[world.frame() for world in self.worlds],
+            panels=[frame(world) for world in self.worlds],
         )
 
     def record(self, panel: int = 0) -> Record:
@@ -242,7 +238,7 @@ class Session:
         return packets
 
     def _plans(self) -> list[Packet]:
-        found = [world.plan_packet(self._clock) for world in self.worlds]
+        found = [plan_packet(world, self._clock) for world in self.worlds]
         return [packet for packet in found if packet is not None]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,11 @@ from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario
 from sidestep.types import FloatArray, Vector
 from sidestep.viewer.live import words
+from sidestep.viewer.live.album import Album
 from sidestep.viewer.live.evidence import Evidence, smallest_expected_distance
-from sidestep.viewer.live.heat import Heat, heat
 from sidestep.viewer.live.stage import VISITOR
 from sidestep.viewer.live.tally import Tally
 from sidestep.viewer.live.visitor import Visitor
-from sidestep.viewer.live.wire import numbers, with_images
 
 HEATS = 6  # people whose predictions are drawn: the nearest
 WALKING = 0.15  # m/s
@@ -32,26 +32,26 @@ class World:
         name: of the planner: "sidestep", or of a peer.
         title: what the page calls it.
         panel: index of its view.
-        snapshots: steps of which the record keeps predictions.
     """
 
-    def __init__(self, *, name: str, title: str, panel: int, snapshots: int = 24) -> None:
+    def __init__(self, *, name: str, title: str, panel: int) -> None:
         self.name, self.title, self.panel = name, title, panel
         self.tally = Tally()
         self.arrived = False
         self.line = ""
-        self._snapshots = snapshots
+        self._album = Album()
         self._evidence: dict[str, Evidence] = {}
         self._spoken_at = -math.inf
         self._spoken_of = ""
-        self._last: Step | None = None
+        self.last: Step | None = None
         self.run: Run
 
     def begin(self, scenario: Scenario, navigator: Navigator, visitor: Visitor, obstacles: Any) -> None:
         """Begin a trip: everybody at their places in `scenario`."""
         self.arrived = False
         self._evidence = {}
-        self._last = None
+        self._album = Album()
+        self.last = None
         self._spoken_at = -math.inf
         self.run = Run(
             scenario,
@@ -59,7 +59,7 @@ class World:
             obstacles=obstacles,
             kinds={VISITOR: _just(visitor)},
             on_step=self._watch,
-            snapshots=self._snapshots,
+            snapshots=0,
         )
 
     @property
@@ -70,7 +70,7 @@ class World:
     @property
     def planned(self) -> bool:
         """The last step made a new plan."""
-        return self._last is not None and self._last.planned
+        return self.last is not None and self.last.planned
 
     def advance(self) -> None:
         """One control step; a robot that has arrived stands."""
@@ -85,71 +85,18 @@ class World:
 
     def record(self) -> Record:
         """What happened on this trip so far."""
-        return self.run.record(self.arrived)
-
-    def frame(self) -> dict[str, Any]:
-        """Return what the view needs at every frame."""
-        gaps, nearest = self._gaps()
-        beliefs = self._beliefs()
-        return {
-            "robot": numbers(np.array([*self.run.state.position, self._heading()])),
-            "speed": round(self._speed(), 3),
-            "goal": numbers(self.run.goal),
-            "people": [[*numbers(place), heading] for place, heading in self._people()],
-            "walking": [bool(np.linalg.norm(v) > WALKING) for v in self.run.drift],
-            "beliefs": [beliefs.get(person.id) for person in self.run.people],
-            "nearest": nearest,
-            "distance": None if nearest is None else round(float(gaps[nearest]), 3),
-            "status": "arrived" if self.arrived else self._status(),
-            "words": self.line,
-            "score": self.tally.summary(),
-            "trip": self.tally.trip,
-            "times": [round(t, 2) for t in self.tally.times[-10:]],
-            "closest": _finite(self.tally.closest),
-            "closest_approaching": _finite(self.tally.closest_approaching),
-            "contacts": [self.tally.contacts_moving, self.tally.contacts_standing],
-        }
-
-    def plan_packet(self, time: float) -> bytes | None:
-        """Return the plan in force, with predictions, as of `time` (s on the page's clock); None before the first."""
-        if self._last is None:
-            return None
-        motion: Any = self._last.motion
-        gaps, nearest = self._gaps()
-        sample = {
-            "time": round(time, 3),
-            "distance": None if nearest is None else round(float(gaps[nearest]), 3),
-            "ms": round(1000 * self.run.recorder.steps[-1].planning_time, 2),
-            "belief": None,
-            "risk": None,
-        }
-        common = {"type": "plan", "panel": self.panel, "time": time, "limit": self.run.scenario.planner.risk_limit}
-        if not isinstance(motion, Plan):
-            here = self.run.state.position
-            ahead = here + np.linspace(0.0, 1.0, 3)[:, np.newaxis] * np.asarray(motion.velocity)
-            return with_images([], **common, positions=numbers(ahead), risk=[], step=0.5, sample=sample)
-        beliefs = self._beliefs()
-        subject = self._subject(nearest)
-        sample["belief"] = None if subject is None else beliefs.get(self.run.people[subject].id)
-        sample["risk"] = _finite(float(np.max(motion.risk, initial=0.0)))
-        heats = self._heats(motion)
-        return with_images(
-            heats,
-            **common,
-            positions=numbers(motion.positions),
-            risk=numbers(motion.risk, 5),
-            collision=numbers(motion.collision_probability, 5),
-            step=motion.time_step,
-            sample=sample,
-        )
+        record = self.run.record(self.arrived)
+        return replace(record, snapshots=self._album.snapshots(len(record.status)))
 
     def _watch(self, step: Step) -> None:
-        self._last = step
+        self.last = step
         if not step.planned:
             return
         if isinstance(step.motion, Plan):
             for name, person in step.motion.people.items():
                 self._evidence.setdefault(name, Evidence()).note(step.time, person.belief)
+            columns = {person.id: i for i, person in enumerate(self.run.people)}
+            self._album.add(step.index, step.motion, columns, step.robot.position)
         if not self.arrived:
             self._speak(step)
 
@@ -160,15 +107,15 @@ class World:
             return
         self._spoken_at = step.time
         self._spoken_of = step.motion.status
-        gaps, nearest = self._gaps()
+        gaps, nearest = self.gaps()
         distance = None if nearest is None else float(gaps[nearest])
         if not isinstance(step.motion, Plan):
-            self.line = words.other_planner(self.name, self._speed(), distance)
+            self.line = words.other_planner(self.name, self.speed(), distance)
             return
         self.line = words.describe(self._situation(step.motion, nearest, distance))
 
     def _situation(self, plan: Plan, nearest: int | None, distance: float | None) -> words.Situation:
-        subject = self._subject(nearest)
+        subject = self.subject(nearest)
         person = None if subject is None else self.run.people[subject]
         assumed = None if person is None else plan.people.get(person.id)
         evidence = self._evidence.get(person.id, Evidence()) if person is not None else Evidence()
@@ -187,15 +134,15 @@ class World:
             contact=self.run.scenario.robot.radius + (0.0 if person is None else person.radius),
         )
 
-    def _subject(self, nearest: int | None) -> int | None:
+    def subject(self, nearest: int | None) -> int | None:
         """The person the page speaks of: the visitor when within sight of the robot, else the nearest."""
-        gaps, _ = self._gaps()
+        gaps, _ = self.gaps()
         you = next((i for i, person in enumerate(self.run.people) if isinstance(person, Visitor)), None)
         if you is not None and (nearest is None or gaps[you] < words.FAR):
             return you
         return nearest
 
-    def _gaps(self) -> tuple[FloatArray, int | None]:
+    def gaps(self) -> tuple[FloatArray, int | None]:
         """Distances (P,) m between centres, and the index of the nearest person."""
         gaps = np.linalg.norm(self.run.places - self.run.state.position, axis=1)
         if not np.isfinite(gaps).any():
@@ -203,7 +150,7 @@ class World:
         return gaps, int(np.nanargmin(gaps))
 
     def _count(self, before: Vector) -> None:
-        gaps, nearest = self._gaps()
+        gaps, nearest = self.gaps()
         if nearest is None:
             return
         there = self.run.places[nearest]
@@ -215,35 +162,22 @@ class World:
             approaching=shrinks,
         )
 
-    def _beliefs(self) -> dict[str, float]:
-        motion = None if self._last is None else self._last.motion
+    def beliefs(self) -> dict[str, float]:
+        """P(concerned) by id; empty for planners that do not ask."""
+        motion = None if self.last is None else self.last.motion
         if not isinstance(motion, Plan):
             return {}
         return {name: round(person.belief, 4) for name, person in motion.people.items()}
 
-    def _heats(self, plan: Plan) -> list[Heat]:
-        here = self.run.state.position
-        nearest = sorted(plan.people.values(), key=lambda p: float(np.linalg.norm(p.position - here)))
-        return [heat(person) for person in nearest[:HEATS]]
+    def speed(self) -> float:
+        """m/s that the robot is told to go."""
+        return 0.0 if self.last is None else float(np.linalg.norm(self.last.motion.velocity))
 
-    def _people(self) -> list[tuple[Vector, float | None]]:
-        moving = np.linalg.norm(self.run.drift, axis=1) > WALKING
-        headings = np.arctan2(self.run.drift[:, 1], self.run.drift[:, 0])
-        return [(place, round(float(headings[i]), 3) if moving[i] else None) for i, place in enumerate(self.run.places)]
-
-    def _heading(self) -> float:
-        if self.run.state.heading is not None:
-            return float(self.run.state.heading)
-        v = np.zeros(2) if self._last is None else np.asarray(self._last.motion.velocity)
-        return math.atan2(v[1], v[0]) if float(np.linalg.norm(v)) > words.WAITING else math.nan
-
-    def _speed(self) -> float:
-        return 0.0 if self._last is None else float(np.linalg.norm(self._last.motion.velocity))
-
-    def _status(self) -> str:
-        if self._last is None:
+    def status(self) -> str:
+        """Of the plan in force; "uncertified" for planners that certify nothing."""
+        if self.last is None:
             return "certified"
-        return self._last.motion.status if isinstance(self._last.motion, Plan) else "uncertified"
+        return self.last.motion.status if isinstance(self.last.motion, Plan) else "uncertified"
 
 
 def _just(visitor: Visitor) -> Builder:
@@ -254,7 +188,3 @@ def _just(visitor: Visitor) -> Builder:
         return visitor
 
     return build
-
-
-def _finite(value: float) -> float | None:
-    return round(value, 5) if math.isfinite(value) else None
