@@ -24,7 +24,7 @@ from sidestep.errors import OutputError
 from sidestep.lattice import Lattice, heading_rotation
 from sidestep.simulation.record import Record
 from sidestep.viewer import style
-from sidestep.viewer.figure_occupancy import AHEAD, _projected, chosen_steps, draw_occupancy
+from sidestep.viewer.figure_occupancy import AHEAD, _projected, chosen_steps, draw_occupancy, shown_mass
 from sidestep.viewer.figure_scene import time_marks
 from sidestep.viewer.figures import run_figure, save_figure
 from sidestep.viewer.nearest import closest_approaches, distances
@@ -133,6 +133,26 @@ def test_the_darkest_cell_lies_where_the_probability_is_largest(angle):
         cell = np.array(np.unravel_index(np.argmax(snapshot.probability[row]), snapshot.probability[row].shape))
         radius = (snapshot.probability.shape[1] - 1) // 2
         assert np.allclose(centre, snapshot.origin + rotation @ (snapshot.spacing * (cell - radius)))
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3])
+def test_a_spread_prediction_keeps_its_probability_and_gets_wider(dimension):
+    shot = made_record(dimension=dimension).snapshots[3]
+    weights, sigmas = np.array([0.3, 0.7]), np.linspace(0.05, 0.5, 2 * len(shot.instants)).reshape(-1, 2)
+    spread = replace(shot, weights=weights, sigmas=sigmas)
+    for row in (1, 4):
+        narrow, p = shown_mass(shot, row)
+        wide, q = shown_mass(spread, row)
+        assert q.sum() == pytest.approx(1.0, abs=0.02)
+        assert wide.shape == q.shape
+        variance = [
+            (m[..., None] * (at.positions() - at.origin) ** 2).sum() / m.sum()
+            - (((m[..., None] * (at.positions() - at.origin)).reshape(-1, dimension).sum(axis=0) / m.sum()) ** 2).sum()
+            for at, m in ((narrow, p), (wide, q))
+        ]
+        added = dimension * float(weights @ sigmas[row] ** 2)
+        cell = dimension * (narrow.spacing**2 - wide.spacing**2) / 12
+        assert variance[1] - variance[0] == pytest.approx(added + cell, rel=0.15)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4])

@@ -155,8 +155,9 @@ class _Film:
         for snapshot in snapshots:
             for order, k in enumerate(instants):
                 for row in np.flatnonzero(snapshot.instants == k):
-                    mesh = draw_occupancy(self.scene, snapshot, int(row), ahead_colour(order, len(instants)), (0, 1))
-                    drawn += [mesh] if mesh is not None else []
+                    drawn.append(
+                        draw_occupancy(self.scene, snapshot, int(row), ahead_colour(order, len(instants)), (0, 1))
+                    )
         for mesh in drawn:
             mesh.set_animated(True)
         return drawn

@@ -12,6 +12,7 @@ from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Affine2D
+from scipy.ndimage import gaussian_filter
 
 from sidestep.lattice import Lattice
 from sidestep.simulation.record import Record, Snapshot
@@ -24,8 +25,10 @@ AHEAD = ("#E8B400", "#C8512A", "#7A1E6C", "#23124F")
 """Near to far future: light to dark, so that the order survives a grey print."""
 
 
-FAINTEST = 0.003
-"""Cells with less probability stay white."""
+FAINTEST = 0.1
+"""Cells fainter than this, on the scale of √(probability / largest), stay white."""
+FINE, MARGIN = 0.1, 2.0
+"""m; cells of a spread-out prediction, and how far beyond the lattice it is drawn at most."""
 
 STRIP = 0.25
 """m; half the height at which a line's cells are drawn in a plane."""
@@ -88,17 +91,17 @@ def draw_prediction_over_time(axes: Axes, record: Record, step: int) -> None:
     now = float(record.time[step])
     for snapshot in (s for s in record.snapshots if s.step == step):
         rank = int(people_by_nearness(record)[snapshot.person])
-        half = snapshot.spacing / 2
         for row, k in enumerate(snapshot.instants):
-            p = snapshot.probability[row]
-            y = _lattice_of(snapshot, p.shape).positions()[..., 0]
-            kept = p > FAINTEST
+            lattice, p = shown_mass(snapshot, row)
+            half, y = lattice.spacing / 2, lattice.positions()[..., 0]
+            shade = np.sqrt(p / p.max())
+            kept = shade > FAINTEST
             axes.bar(
                 np.full(int(kept.sum()), now + int(k) * record.time_step),
                 2 * half,
                 width=0.8 * record.time_step,
                 bottom=y[kept] - half,
-                color=[(*to_rgb(style.person_colour(rank)), float(a)) for a in 0.08 + 0.92 * np.sqrt(p[kept])],
+                color=[(*to_rgb(style.person_colour(rank)), float(a)) for a in 0.9 * shade[kept]],
             )
     plan = record.plans[step, :, 0]
     axes.plot(now + record.time_step * np.arange(len(plan)), plan, color=style.ROBOT, marker="o", markersize=4)
@@ -127,22 +130,14 @@ def ahead_colour(order: int, count: int) -> str:
     return AHEAD[round(order * (len(AHEAD) - 1) / max(count - 1, 1))]
 
 
-def _lattice_of(snapshot: Snapshot, shape: tuple[int, ...]) -> Lattice:
-    return Lattice(
-        origin=snapshot.origin, spacing=snapshot.spacing, radius=(shape[0] - 1) // 2, rotation=snapshot.rotation
-    )
-
-
-def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane: Plane) -> AxesImage | None:
+def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane: Plane) -> AxesImage:
     """Shade the cells of `snapshot.probability[row]`; the square root keeps the tails visible beside the peak."""
-    p = snapshot.probability[row]
-    cells, corner, turn = _in_plane(_lattice_of(snapshot, p.shape), p, plane)
+    lattice, p = shown_mass(snapshot, row)
+    cells, corner, turn = _in_plane(lattice, p, plane)
     alpha = np.sqrt(cells / max(float(cells.max()), 1e-12))
-    alpha[cells < FAINTEST] = 0.0
-    if not (alpha > 0).any():
-        return None
+    alpha[alpha < FAINTEST] = 0.0
     colours = np.concatenate([np.broadcast_to(to_rgb(colour), (*cells.shape, 3)), 0.7 * alpha[..., None]], axis=-1)
-    size = np.array(cells.shape) * (snapshot.spacing, 2 * STRIP if p.ndim == 1 else snapshot.spacing)
+    size = np.array(cells.shape) * (lattice.spacing, 2 * STRIP if p.ndim == 1 else lattice.spacing)
     # An image and not a mesh: turned cells of a mesh show seams where their edges overlap.
     extent = (float(corner[0]), float(corner[0] + size[0]), float(corner[1]), float(corner[1] + size[1]))
     image = AxesImage(axes, interpolation="nearest", origin="lower", extent=extent, zorder=2)
@@ -151,6 +146,31 @@ def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane:
     image.set_clip_path(axes.patch)
     axes.add_image(image)
     return image
+
+
+def shown_mass(snapshot: Snapshot, row: int) -> tuple[Lattice, FloatArray]:
+    """Return cells and their probability at one instant, spread as the snapshot says, on a finer lattice then."""
+    p = snapshot.probability[row]
+    lattice = Lattice(
+        origin=snapshot.origin,
+        spacing=snapshot.spacing,
+        radius=(p.shape[0] - 1) // 2,
+        rotation=snapshot.rotation,
+    )
+    if snapshot.weights.size == 0:
+        return lattice, p
+    finer = 2 * int(snapshot.spacing / FINE / 2) + 1 if p.ndim < 3 else 1  # odd: a cell keeps a middle
+    spacing = snapshot.spacing / finer
+    widths = snapshot.sigmas[row] / spacing  # (C,) cells
+    margin = int(np.ceil(min(3 * widths[snapshot.weights > 0.02].max(initial=0.0), MARGIN / spacing)))
+    fine = np.pad(p, margin // finer + 1)
+    for axis in range(p.ndim):
+        fine = np.repeat(fine, finer, axis=axis) / finer
+    spread = np.sum(
+        [w * gaussian_filter(fine, s, mode="constant") for w, s in zip(snapshot.weights, widths, strict=True)], axis=0
+    )
+    radius = (spread.shape[0] - 1) // 2
+    return Lattice(origin=snapshot.origin, spacing=spacing, radius=radius, rotation=snapshot.rotation), spread
 
 
 def _in_plane(lattice: Lattice, p: FloatArray, plane: Plane) -> tuple[FloatArray, FloatArray, Affine2D]:
