@@ -24,6 +24,7 @@ from sidestep.types import FloatArray, Vector, frozen_array
 
 _STALE = 3.0  # time steps after which a displacement no longer tells one action
 _GOAL_RATE = 0.5  # 1/s, how fast "where to" is forgotten when it is only known as a direction
+_ARRIVED = 0.3  # m from the goal, within which there is no way to it
 _STANDING = 0.3  # m/s, below which a person counts as standing
 _DIRECTION_PRIOR = {
     "walking": (0.62, 0.33, 0.05),
@@ -82,7 +83,18 @@ class Mind:
 
     @property
     def heading_velocity(self) -> Vector:
-        """(d,) m/s, along which the lattice is laid: the velocity that the person is expected to keep."""
+        """(d,) m/s, along which the lattice is laid, so that this motion is exactly an action.
+
+        Where the one goal is known: straight to it at the mean pace of the last seconds, whatever way the person steps
+        just now. Otherwise the velocity that the person is expected to keep.
+        """
+        goal = self.goals[0]
+        if len(self.goals) == 1 and isinstance(goal, PointGoal):
+            way = goal.position - self.position
+            distance = float(np.linalg.norm(way))
+            pace = self.velocity if self.habits is None else self.habits.mean_velocity
+            if distance > _ARRIVED:
+                return way * (max(float(np.linalg.norm(pace)), 1e-6) / distance)
         return self.velocity if self.habits is None else self.habits.extrapolated_velocity
 
     @property
