@@ -23,10 +23,8 @@ from sidestep.viewer.nearest import closest_approaches, distances, people_by_nea
 
 AHEAD = ("#E8B400", "#C8512A", "#7A1E6C", "#23124F")
 """Near to far future: light to dark, so that the order survives a grey print."""
-
-
 FAINTEST = 0.1
-"""Cells fainter than this, on the scale of √(probability / largest), stay white."""
+"""Cells fainter than this on the scale of `_shade` stay white."""
 FINE, MARGIN = 0.1, 2.0
 """m; cells of a spread-out prediction, and how far beyond the lattice it is drawn at most."""
 
@@ -94,8 +92,8 @@ def draw_prediction_over_time(axes: Axes, record: Record, step: int) -> None:
         for row, k in enumerate(snapshot.instants):
             lattice, p = shown_mass(snapshot, row)
             half, y = lattice.spacing / 2, lattice.positions()[..., 0]
-            shade = np.sqrt(p / p.max())
-            kept = shade > FAINTEST
+            shade = _shade(p, snapshot)
+            kept = shade > 0.0
             axes.bar(
                 np.full(int(kept.sum()), now + int(k) * record.time_step),
                 2 * half,
@@ -131,12 +129,11 @@ def ahead_colour(order: int, count: int) -> str:
 
 
 def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane: Plane) -> AxesImage:
-    """Shade the cells of `snapshot.probability[row]`; the square root keeps the tails visible beside the peak."""
+    """Shade the cells of one instant of a snapshot."""
     lattice, p = shown_mass(snapshot, row)
     cells, corner, turn = _in_plane(lattice, p, plane)
-    alpha = np.sqrt(cells / max(float(cells.max()), 1e-12))
-    alpha[alpha < FAINTEST] = 0.0
-    colours = np.concatenate([np.broadcast_to(to_rgb(colour), (*cells.shape, 3)), 0.7 * alpha[..., None]], axis=-1)
+    alpha = 0.75 * _shade(cells, snapshot)
+    colours = np.concatenate([np.broadcast_to(to_rgb(colour), (*cells.shape, 3)), alpha[..., None]], axis=-1)
     size = np.array(cells.shape) * (lattice.spacing, 2 * STRIP if p.ndim == 1 else lattice.spacing)
     # An image and not a mesh: turned cells of a mesh show seams where their edges overlap.
     extent = (float(corner[0]), float(corner[0] + size[0]), float(corner[1]), float(corner[1] + size[1]))
@@ -146,6 +143,13 @@ def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane:
     image.set_clip_path(axes.patch)
     axes.add_image(image)
     return image
+
+
+def _shade(cells: FloatArray, snapshot: Snapshot) -> FloatArray:
+    """Return 0 (white) to 1 per cell. Single cells need a flatter scale than clouds, or their tails are lost."""
+    power = 0.5 if snapshot.weights.size == 0 else 0.8
+    relative = (cells / max(float(cells.max()), 1e-12)) ** power
+    return np.maximum(relative - FAINTEST, 0.0) / (1.0 - FAINTEST)
 
 
 def shown_mass(snapshot: Snapshot, row: int) -> tuple[Lattice, FloatArray]:
