@@ -13,7 +13,7 @@ def enumerate_behaviours(model, lattice, goals, weights, robot_path, horizon, ti
     """Every (goal, β, u_0, …, u_{N−1}) with its probability, each followed from the anchor by itself.
 
     Returns:
-        masses: list of dicts cell → probability for k = 0..N; halves: list of dicts doubled cell → probability at k + ½;
+        masses: N + 1 dicts, cell → probability at k; halves: N dicts, doubled cell → probability at k + ½;
         contact: (N,) first-passage probability.
     """
     d, reach = lattice.dimension, model.reach

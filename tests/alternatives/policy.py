@@ -87,7 +87,7 @@ def action_probabilities(model, lattice, goal, robot_path, awareness, time_step,
 
 
 def _kept_on_average(model, lattice, goal, time_step, cell, free, plain):
-    """Per axis: a component that is also the undisturbed one stands for the mixture of the neighbours of the intended velocity."""
+    """Per axis: the undisturbed component stands for the mixture of the neighbours of the intended velocity."""
     d, reach = lattice.dimension, model.reach
     calm = sequence_best_components(model, lattice, goal, time_step)
     w = np.clip((goal.velocity @ lattice.rotation) * time_step / lattice.spacing, -reach, reach)

@@ -62,7 +62,7 @@ def _lower_rows(
     out: Values,
     back: int,
 ) -> None:
-    """out[i − back, c] = min_u taps[j, 0, u] + source[i + (u − reach)·stride, c], rows [first, last), columns likewise."""
+    """out[i − back, c] = min_u taps[j, 0, u] + source[i + (u − reach)·stride, c], first ≤ i < last, c likewise."""
     begin, end, step = np.uintp(start), np.uintp(stop), np.uintp(stride)
     count = taps.shape[2]
     for i in range(first, last):
@@ -129,7 +129,7 @@ def _lower_layer(
     s0, s1 = taps[k, 2, 0], taps[k, 2, 1 % count]
     s2, s3, s4 = taps[k, 2, 2 % count], taps[k, 2, 3 % count], taps[k, 2, 4 % count]
     for i in range(first, last):
-        t, low = np.uintp(i), np.uintp(i - shift - (count // 2 if across else 0))
+        t, low = np.uintp(i), np.uintp(i - shift - (count // 2 if across else 0) if ahead else i)
         h, g = np.uintp(goal_row + goal_step * (i - first)), np.uintp(peril_row + peril_step * (i - first))
         scalar, factor = lines[1, i - first], lines[2, i - first]
         if not ahead:

@@ -129,9 +129,8 @@ def lay_out_actions(
     steps, _, count = taps.shape
     reach, d = count // 2, effort.size
     margin = np.inf if mixing else 0.0
-    chosen = np.zeros(count)
     for axis in range(3):
-        a, chosen[:] = axis - 3 + d, 0.0
+        a, best = axis - 3 + d, np.inf
         for u in range(count):
             for v in range(count):
                 mixture[axis, u, v] = 1.0 if u == v else 0.0
@@ -140,36 +139,32 @@ def lay_out_actions(
                 if a >= 0:
                     short = abs(intended[a] - (u - reach))
                     taps[j, axis, u] = effort[a] * ((u - reach) * speed) ** 2 + (steps - j) * pull[a] * short
-        if a < 0:
-            chosen[reach] = 1.0
-        elif mixing:
-            low = min(int(np.floor(intended[a])), reach - 1)
-            chosen[low + reach], chosen[low + 1 + reach] = low + 1 - intended[a], intended[a] - low
-            margin = min(margin, _mix(taps[0, axis], tolerance, chosen, mixture[axis]))
-        else:
-            best = taps[0, axis].min()
-            for u in range(count):
-                gap = taps[0, axis, u] - best
-                chosen[u] = (
-                    np.exp(-rationality * gap) if np.isfinite(rationality) else 1.0 * (gap <= tolerance * best + 1e-12)
-                )
-            chosen /= chosen.sum()
+            best = min(best, taps[0, axis, u])
+        limit, low, tied, total = best + tolerance * best + 1e-12, reach, 0, 0.0
+        if a >= 0:
+            low = min(int(np.floor(intended[a])) + reach, 2 * reach - 1)
         for u in range(count):
-            tables[axis * count + u] = chosen[u]
+            chosen = 1.0 if taps[0, axis, u] <= limit else 0.0
+            if a < 0:
+                chosen = 1.0 if u == reach else 0.0
+            elif mixing:
+                tied += int(chosen)
+                margin = margin if chosen == 1.0 else min(margin, taps[0, axis, u] - best)
+                above = intended[a] - (low - reach)
+                for v in range(count if chosen == 1.0 else 0):
+                    mixture[axis, u, v] = 1.0 - above if v == low else above if v == low + 1 else 0.0
+                chosen = 1.0 - above if u == low else above if u == low + 1 else 0.0
+            elif np.isfinite(rationality):
+                chosen = np.exp(-rationality * (taps[0, axis, u] - best))
+            tables[axis * count + u, 0] = chosen
+            total += chosen
+        margin = margin if tied <= 1 else 0.0
+        for u in range(count):
+            row = axis * count + u
+            chosen = tables[row, 0] / total
+            for c in range(tables.shape[1]):
+                tables[row, c] = chosen
     return margin
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mix(costs: FloatArray, tolerance: float, chosen: FloatArray, mixture: FloatArray) -> float:
-    """Let the best components of one axis stand for `chosen`; by how much the next is worse, 0 if several are best."""
-    best, margin, tied = costs.min(), np.inf, 0
-    for u in range(costs.size):
-        if costs[u] <= best + tolerance * best + 1e-12:
-            mixture[u] = chosen
-            tied += 1
-        else:
-            margin = min(margin, costs[u] - best)
-    return margin if tied == 1 else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

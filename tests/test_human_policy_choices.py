@@ -1,0 +1,173 @@
+"""From values to choices: float32 against float64, robots too far away to matter, Python against compiled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sidestep._kernels import sweep_choices
+from sidestep._kernels.sweep_choices import WORD, Choices
+from sidestep.human.cost import CostGrid, danger_terms
+from sidestep.human.goals import DirectionGoal, Goal, PointGoal
+from sidestep.human.model import HumanModel
+from sidestep.human.policy import (
+    GoalPolicy,
+    action_values,
+    admissible_actions,
+    boxes,
+    embedded_free,
+    look_ahead,
+    policy_of,
+    value_scratch,
+    words_of,
+)
+from sidestep.lattice import Lattice
+from sidestep.prediction.occupancy import frame_of
+
+
+def laid_out(
+    model: HumanModel, lattice: Lattice, goal: Goal, path: np.ndarray, horizon: int, single: bool = False,
+    free: np.ndarray | None = None,
+) -> GoalPolicy:  # fmt: skip
+    steps, lead = look_ahead(model, horizon)
+    reach = model.reach
+    grid = CostGrid(
+        lattice=lattice, time_step=0.5, reach=reach, steps=steps, centre=reach * (horizon - 1 + steps),
+        dtype=np.float32 if single else np.float64,
+    )  # fmt: skip
+    danger = danger_terms(model, path[: max(horizon + 1, horizon + lead * steps)], grid, horizon, lead)
+    return policy_of(model, goal, grid, danger, embedded_free(free, grid), reach * (horizon - 1))
+
+
+def chosen(policy: GoalPolicy, horizon: int, lead: int = 1, everything: bool = True) -> Choices:
+    reach, d = policy.grid.reach, policy.grid.dimension
+    words = words_of(reach, d)
+    choices = boxes([reach * k for k in range(horizon)], d, words, policy.layers * words)
+    wanted = np.ones(horizon, np.bool_) if everything else policy.differs
+    policy.sweep(True, 0, horizon, lead, wanted, value_scratch(policy.grid), choices)
+    return choices
+
+
+def bits(choices: Choices, k: int, count: int, d: int) -> np.ndarray:
+    """(cells…, n) of policy k."""
+    width = 2 * int(choices.radii[k]) + 1
+    start = int(choices.offsets[k])
+    block = choices.masks[:, start : start + width**d]
+    flat = np.stack([block[a // WORD] >> (a % WORD) & 1 for a in range(count)], axis=-1)
+    return flat.reshape(*(width,) * d, count).astype(bool)
+
+
+@settings(max_examples=12)
+@given(seed=st.integers(0, 2**32 - 1), horizon=st.sampled_from([4, 12]), cost=st.sampled_from(["squared", "distance"]))
+def test_single_precision_chooses_the_same_unless_costs_are_within_1e5(seed: int, horizon: int, cost: str) -> None:
+    rng = np.random.default_rng(seed)
+    model = HumanModel(frame="world", goal_cost=cost, horizon=horizon, danger_weight=30.0, danger_rate=0.3)  # type: ignore[arg-type]
+    lattice = Lattice(origin=rng.normal(size=2), spacing=0.25, radius=0)
+    goals = [PointGoal(5 * rng.normal(size=2)), DirectionGoal(rng.normal(size=2))]
+    path = np.cumsum(0.4 * rng.normal(size=(2 * horizon + 1, 2)), axis=0)
+    for goal in goals:
+        both = [chosen(laid_out(model, lattice, goal, path, horizon, single), horizon) for single in (False, True)]
+        for k in (0, horizon // 2, horizon - 1):
+            double, single = (bits(c, k, 25, 2) for c in both)
+            values = action_values(model, lattice.with_radius(2 * k), goal, path[k:], 1, 0.5)
+            best = values.min(axis=-1, keepdims=True)
+            np.testing.assert_array_equal(double, values <= best * (1 + 1e-6) + 1e-12)
+            differ = double != single
+            assert np.all((values - best)[differ] <= 1e-5 * np.broadcast_to(best, values.shape)[differ])
+            assert single.any(axis=-1).all()
+
+
+@settings(max_examples=40)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    distance=st.floats(3.0, 14.0),
+    decay=st.sampled_from(["distance", "squared_distance"]),
+)
+def test_a_robot_that_is_said_not_to_matter_changes_no_choice(seed: int, distance: float, decay: str) -> None:
+    rng = np.random.default_rng(seed)
+    rate = 1.0 if decay == "squared_distance" else 3.0
+    model = HumanModel(horizon=3, danger_decay=decay, danger_rate=rate, effort_weight=0.3)  # type: ignore[arg-type]
+    velocity = rng.normal(size=2)
+    lattice = frame_of(model, np.zeros(2), velocity, 0.5)
+    way = rng.normal(size=2)
+    path = distance * way / np.linalg.norm(way) + np.cumsum(0.3 * rng.normal(size=(8, 2)), axis=0)
+    goal = DirectionGoal(velocity + 0.3 * rng.normal(size=2))
+    policy = laid_out(model, lattice, goal, path, 4)
+    for k in np.flatnonzero(~policy.differs):
+        box = lattice.with_radius(2 * int(k))
+        values = [action_values(model, box, goal, path[k:], beta, 0.5) for beta in (0, 1)]
+        best = [v <= v.min(axis=-1, keepdims=True) * (1 + 1e-6) + 1e-12 for v in values]
+        np.testing.assert_array_equal(best[0], best[1])
+
+
+def test_near_robots_matter_and_far_ones_do_not() -> None:
+    model = HumanModel(horizon=3)
+    lattice = frame_of(model, np.zeros(2), np.array([1.2, 0.0]), 0.5)
+    goal = DirectionGoal((1.2, 0.0))
+    assert laid_out(model, lattice, goal, np.tile([1.0, 0.2], (8, 1)), 4).differs.all()
+    assert not laid_out(model, lattice, goal, np.tile([30.0, 0.2], (8, 1)), 4).differs.any()
+    between = laid_out(model, lattice, goal, np.tile([0.0, 5.0], (8, 1)), 4).differs
+    assert between.any()
+    assert not between[0]
+    blind = replace(model, danger_weight=0.0)
+    assert not laid_out(blind, lattice, PointGoal((3.0, 0.0)), np.zeros((8, 2)), 4).differs.any()
+
+
+def _as_python(names: list[str]) -> list[tuple[str, object]]:
+    kept = [(name, getattr(sweep_choices, name)) for name in names]
+    for name, kernel in kept:
+        setattr(sweep_choices, name, kernel.py_func)
+    return kept
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("rationality", [np.inf, 0.5])
+@pytest.mark.parametrize("walls", [False, True])
+def test_compiled_and_plain_choices_agree(d: int, rationality: float, walls: bool) -> None:
+    rng = np.random.default_rng(d)
+    model = HumanModel(reach=1, horizon=1, rationality=rationality, danger_weight=20.0)
+    lattice = frame_of(model, np.zeros(d), rng.normal(size=d), 0.5)
+    free = rng.random((5,) * d) < 0.6 if walls else None
+    policy = laid_out(model, lattice, DirectionGoal(rng.normal(size=d)), rng.normal(size=(4, d)), 2, free=free)
+    results: list[Choices] = []
+    for plain in (False, True):
+        kept = _as_python(["_mark_row", "_weigh_row", "_heed_walls"]) if plain else []
+        try:
+            words, cells = words_of(1, d), 1 + 3**d
+            odds = np.zeros((3**d, cells)) if np.isfinite(rationality) else np.zeros((0, 0))
+            choices = boxes([0, 1], d, words, policy.layers * words)._replace(odds=odds)
+            kernel = sweep_choices.choose.py_func if plain else sweep_choices.choose
+            kernel(
+                policy.costs, policy.actions.taps, True, 1, 0, 2, np.ones(2, np.bool_), policy.grid.centre, d, 1e-6,
+                rationality, policy.free, policy.actions.mixture, value_scratch(policy.grid), choices,
+            )  # fmt: skip
+            results.append(choices)
+        finally:
+            for name, compiled in kept:
+                setattr(sweep_choices, name, compiled)
+    if np.isinf(rationality):
+        np.testing.assert_array_equal(results[0].masks, results[1].masks)
+        assert results[0].masks.any(axis=0).all()
+    else:
+        np.testing.assert_allclose(results[0].odds, results[1].odds, atol=1e-14)
+        np.testing.assert_allclose(results[0].odds.sum(axis=0), 1.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_admissible_actions_end_in_free_cells(d: int) -> None:
+    rng = np.random.default_rng(d)
+    free = rng.random((7,) * d) < 0.5
+    grid = CostGrid(
+        lattice=Lattice(origin=np.zeros(d), spacing=0.3, radius=0), time_step=0.5, reach=2, steps=1, centre=4
+    )
+    marked = bits(admissible_actions(grid, embedded_free(free, grid), 2), 0, 5**d, d)  # type: ignore[arg-type]
+    whole = np.pad(free, 1, constant_values=True)
+    for index in np.ndindex(marked.shape[:-1]):
+        near = whole[tuple(slice(i, i + 5) for i in index)].ravel()
+        if not near.any():
+            near = np.arange(5**d) == 5**d // 2
+        np.testing.assert_array_equal(marked[index], near)
