@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Iterator
 
 ENTRY = re.compile(r"^    (?P<names>\w+(?:, \w+)*): (?P<text>.*)$")
-INLINE = re.compile(r"; (?P<names>\w+): ")
+INLINE = re.compile(r"[;,] (?P<name>[a-z]\w+): ")
 
 
 def summary(thing: object) -> str:
@@ -30,4 +31,14 @@ def attributes(thing: type) -> dict[str, str]:
             told |= {name: f"{told[name]} {line.strip()}" for name in names}
         elif line.strip() and not line.startswith(" "):
             break
-    return told
+    return {name: part for entry, text in told.items() for name, part in _parts(entry, text)}
+
+
+def _parts(name: str, text: str) -> Iterator[tuple[str, str]]:
+    """Yield what an entry says of its own name and, after a comma or semicolon, of further ones."""
+    further = INLINE.search(text)
+    while further:
+        yield name, text[: further.start()].rstrip(".") + "."
+        name, text = further["name"], text[further.end() :]
+        further = INLINE.search(text)
+    yield name, text

@@ -141,8 +141,16 @@ def _shown(default: Any) -> str:
 
 
 def _table(rows: list[Row]) -> str:
-    lines = ["| field | type | allowed | default | meaning |", "|---|---|---|---|---|"]
-    lines += ["| " + " | ".join((f"`{r[0]}`", *(_escaped(c) for c in r[1:]))) + " |" for r in rows]
+    """Three columns, so that a phone can show them."""
+    lines = ["| field | value and default | meaning |", "|---|---|---|"]
+    for name, kind, allowed, default, meaning in rows:
+        value = _escaped(
+            allowed if allowed.startswith(("a ", "an ", "one ", "0 to", "strictly")) else f"{kind} {allowed}"
+        )
+        shown = "**required**" if default == "required" else f"default **{_escaped(default)}**" if default else ""
+        lines.append(
+            f"| `{name}` | {'; '.join(part for part in (value.strip(), shown) if part)} | {_escaped(meaning)} |"
+        )
     return "\n".join(lines)
 
 
