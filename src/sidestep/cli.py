@@ -20,6 +20,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "reproduce": ("sidestep.commands.reproduce:reproduce", "the paper, claim by claim, with verdicts"),
     "live": ("sidestep.commands.live:live", "be the pedestrian: a page in the browser"),
     "animate": ("sidestep.commands.animate:animate", "a film of a recorded run"),
+    "replay": ("sidestep.commands.replay:replay", "plan over a recording: predicted against actual positions"),
+    "remote": ("sidestep.commands.remote:remote", "start, stop and watch a robot from a second computer"),
     "cite": ("sidestep.commands.cite:cite", "what to cite, as BibTeX"),
 }
 """Name → (module:function, one line of help), in the order of the overview."""

@@ -114,7 +114,8 @@ class Stack:
             self.environment |= {"PATH": f"/usr/bin:{os.environ['PATH']}", "ROS_IP": "127.0.0.1"}
         self.environment.pop("VIRTUAL_ENV", None)
         self.processes: list[Process] = []
-        self._latest: dict[str, Any] = {}
+        self.node: Process | None = None
+        self.parameters: dict[str, Any] | None = None
 
     def __enter__(self) -> Stack:
         if self.dialect == 1:
@@ -139,7 +140,29 @@ class Stack:
         self.world = self._start([self.python, str(HERE / f"world{self.dialect}.py")], "world")
         return self.world
 
+    def underway(self, parameters: dict[str, Any] | None = None, people: Any = (), eyes: str = "people") -> None:
+        """Put the world back to its beginning and wait until the robot moves toward (4, 0)."""
+        self.order(do="reset", eyes=eyes)
+        self.order(do="enable", on=True)
+        self.have_node(parameters)
+        self.until(
+            lambda told: told.get("diagnostics") and "no odom" not in message(told), "the node does not get ready"
+        )
+        self.order(do="people", people=list(people))
+        self.order(do="goal", at=[4.0, 0.0])
+        self.until(moving, "the robot does not set off")
+
+    def have_node(self, parameters: dict[str, Any] | None = None) -> None:
+        """Keep the node if it was started with these parameters and lives, else start it anew."""
+        alive = self.node is not None and self.node.child.poll() is None
+        if alive and self.parameters == parameters:
+            return
+        if self.node is not None:
+            self.node.end()
+        self.start_node(parameters)
+
     def start_node(self, parameters: dict[str, Any] | None = None) -> Process:
+        self.parameters = parameters
         settings = merged(BASE, parameters or {})
         command = [self.python, "-m", f"sidestep.ros.ros{self.dialect}"]
         if self.dialect == 1:
@@ -167,7 +190,9 @@ class Stack:
         for told in self.watch(patience):
             if wanted(told):
                 return told
-        raise AssertionError(f"{otherwise}; last seen: {told}\n--- node ---\n{self.node.said()[-3000:]}")
+        raise AssertionError(
+            f"{otherwise}; last seen: {told}\n--- node ---\n{self.node.said()[-3000:] if self.node else ''}"
+        )
 
     def watch(self, seconds: float) -> Iterator[dict[str, Any]]:
         """What the world looks like, as it changes, for so long."""

@@ -9,7 +9,7 @@ import subprocess
 import time
 
 import pytest
-from stack import PROJECT, Stack, free_port, message, moving, standing
+from stack import PATIENCE, PROJECT, Stack, free_port, message, moving, standing
 
 from sidestep.ros.station import Station
 
@@ -29,28 +29,19 @@ def compiled():
         subprocess.run([PROJECT / f".venv-ros{dialect}" / "bin" / "python", "-c", code], env=environment, check=True)
 
 
-@pytest.fixture(params=[1, 2], ids=["ros1", "ros2"])
-def stack(request, tmp_path):
+@pytest.fixture(scope="module", params=[1, 2], ids=["ros1", "ros2"])
+def stack(request, tmp_path_factory):
+    """One graph for all tests of a dialect; a node is only started anew where its parameters differ."""
     python = PROJECT / f".venv-ros{request.param}" / "bin" / "python"
     if not python.exists():
         pytest.fail(f"{python.parent.parent.name} is missing: run tools/install-ros{request.param}.sh")
-    with Stack(request.param, tmp_path) as up:
+    with Stack(request.param, tmp_path_factory.mktemp(f"ros{request.param}")) as up:
+        up.start_world()
         yield up
 
 
-def underway(stack: Stack, parameters=None, people=(), eyes: str = "people", **world) -> None:
-    """Start everything and wait until the robot moves toward (4, 0)."""
-    stack.start_world(**world)
-    stack.start_node(parameters)
-    stack.order(do="people", people=list(people))
-    stack.order(do="unmute", topic=eyes)
-    stack.until(lambda told: "no goal" in message(told), "the node does not get ready")
-    stack.order(do="goal", at=[4.0, 0.0])
-    stack.until(moving, "the robot does not set off")
-
-
 def test_it_drives_past_people_to_its_goal_and_stands_there(stack):
-    underway(stack, people=CROSSING)
+    stack.underway(people=CROSSING)
     told = stack.until(lambda told: message(told).startswith("arrived"), "it does not arrive")
     assert math.dist(told["pose"][:2], (4.0, 0.0)) < 0.6  # of the axle; its reference is nearer
     assert told["nearest"] > CONTACT
@@ -69,7 +60,7 @@ def test_it_drives_past_people_to_its_goal_and_stands_there(stack):
 
 @pytest.mark.parametrize("missing", ["odom", "people"])
 def test_a_lost_input_stops_it_and_is_named_and_its_return_lets_it_go_on(stack, missing):
-    underway(stack)
+    stack.underway()
     stack.order(do="mute", topic=missing)
     told = stack.until(lambda told: standing(told) and f"no {missing} for" in message(told), "it goes on blindly")
     assert told["diagnostics"]["level"] == 2
@@ -81,19 +72,19 @@ def test_a_lost_input_stops_it_and_is_named_and_its_return_lets_it_go_on(stack, 
 
 
 def test_messages_that_come_late_stop_it(stack):
-    underway(stack)
+    stack.underway()
     stack.order(do="late", seconds=3.0)
     stack.until(lambda told: standing(told) and "behind now" in message(told), "old measurements pass for new")
 
 
 def test_markers_keep_their_identities(stack):
-    underway(stack, {"node": {"people_from": "markers"}}, CROSSING, eyes="people_markers")
+    stack.underway({"node": {"people_from": "markers"}}, CROSSING, eyes="people_markers")
     told = stack.until(lambda told: len(told.get("beliefs", ())) == 2, "nobody is shown")
     assert sorted(text.split(":")[0] for text in told["beliefs"]) == ["a/0", "b/0"]
 
 
 def test_a_switch_stops_it(stack):
-    underway(stack)
+    stack.underway()
     stack.order(do="enable", on=False)
     stack.until(lambda told: standing(told) and "enable" in message(told), "the switch does nothing")
     stack.order(do="enable", on=True)
@@ -101,23 +92,23 @@ def test_a_switch_stops_it(stack):
 
 
 def test_it_goes_round_a_wall_on_the_map(stack):
-    stack.start_world()
-    stack.start_node()
     stack.order(do="map", row=[10, 36], column=[28, 32])  # x 1.8 … 2.2 m, y −2 … 0.6 m
-    stack.order(do="unmute", topic="people")
-    stack.order(do="goal", at=[4.0, 0.0])
-    aside = 0.0
-    for told in stack.watch(180.0):
-        aside = max(aside, told["pose"][1])
-        assert not (1.8 < told["pose"][0] < 2.2 and -2.0 < told["pose"][1] < 0.6), "it is inside the wall"
-        if message(told).startswith("arrived"):
-            break
-    assert message(stack.now()).startswith("arrived")
-    assert aside > 0.7
+    try:
+        stack.underway()
+        aside = 0.0
+        for told in stack.watch(PATIENCE):
+            aside = max(aside, told["pose"][1])
+            assert not (1.8 < told["pose"][0] < 2.2 and -2.0 < told["pose"][1] < 0.6), "it is inside the wall"
+            if message(told).startswith("arrived"):
+                break
+        assert message(stack.now()).startswith("arrived")
+        assert aside > 0.7
+    finally:
+        stack.order(do="map", row=[0, 0], column=[0, 0])
 
 
 def test_the_last_command_is_to_stand_still(stack):
-    underway(stack)
+    stack.underway()
     stack.node.child.send_signal(signal.SIGTERM)
     assert stack.node.child.wait(timeout=30) == 0
     stack.until(standing, "it was left driving")
@@ -128,19 +119,18 @@ def test_the_last_command_is_to_stand_still(stack):
     [({"node": {"timeout": -1.0}}, "node.timeout"), ({"planner": {"horizont": 3}}, "planner.horizont")],
 )
 def test_a_wrong_parameter_ends_it_at_once_with_its_name(stack, parameters, field):
-    stack.start_world()
+    stack.node.end()
     node = stack.start_node(parameters)
-    assert node.child.wait(timeout=60) == 2
+    assert node.child.wait(timeout=PATIENCE) == 2
     said = node.said() + "".join(p.read_text(errors="replace") for p in stack.folder.rglob("*.log"))
     assert field in said
 
 
 def test_a_station_drives_it_and_its_end_stops_it(stack):
     port = free_port()
-    stack.start_world()
-    stack.start_node({"node": {"remote": {"enabled": True, "port": port, "link_timeout": 2.0}}})
+    stack.order(do="reset", eyes="people")
+    stack.have_node({"node": {"remote": {"enabled": True, "port": port, "link_timeout": 2.0}}})
     stack.order(do="people", people=CROSSING[:1])
-    stack.order(do="unmute", topic="people")
     stack.until(lambda told: "waiting for a station" in message(told), "it does not wait")
     station = Station(port=port)
     station.goal(4.0, 0.0)
@@ -148,7 +138,7 @@ def test_a_station_drives_it_and_its_end_stops_it(stack):
     stack.until(moving, "it does not set off")
     state = next(s for s in station.states() if s["status"])
     assert state["rates"]["odom"] > 5
-    assert [p["id"] for p in state["people"]] == ["person 1"]
+    assert [p["id"] for p in state["people"]] == ["1"]
     assert 0 < state["people"][0]["concerned"] < 1
     station.close()
     stack.until(lambda told: standing(told) and "has gone" in message(told), "it drives on alone")
@@ -156,7 +146,7 @@ def test_a_station_drives_it_and_its_end_stops_it(stack):
 
 def test_a_planner_on_another_clock_is_not_needed_to_stop(stack):
     """The node is frozen by its own scheduler: after it wakes, its first commands rest on fresh data or are a stop."""
-    underway(stack)
+    stack.underway()
     os.kill(stack.node.child.pid, signal.SIGSTOP)
     stack.order(do="mute", topic="odom")
     time.sleep(2.0)
@@ -164,3 +154,17 @@ def test_a_planner_on_another_clock_is_not_needed_to_stop(stack):
     os.kill(stack.node.child.pid, signal.SIGCONT)
     told = stack.until(lambda told: told["heard"]["cmd_vel"] > heard + 3, "no more commands")
     assert standing(told)
+
+
+def test_it_finds_people_in_scans_and_passes_them(stack):
+    parameters = {"node": {"people_from": "scan", "mount": [0.1, 0.0, 0.0]}}
+    walker = [{"name": "a", "at": [2.5, -2.0], "velocity": [0.0, 0.5]}]
+    stack.underway(parameters, walker, eyes="scan")
+    seen = stack.until(lambda told: told.get("beliefs"), "nobody is found")
+    assert len(seen["beliefs"]) <= 2
+    told = stack.until(lambda told: message(told).startswith("arrived"), "it does not arrive")
+    assert told["nearest"] > CONTACT
+    stack.order(do="goal", at=[0.0, 0.0])
+    stack.until(moving, "it does not set off again")
+    stack.order(do="mute", topic="scan")
+    stack.until(lambda told: standing(told) and "no scan for" in message(told), "it goes on blindly")

@@ -202,6 +202,10 @@ class World:
                 self.nearest = math.inf
             elif what == "place":
                 self.pose = Pose2(*order["pose"])
+            elif what == "reset":
+                self.pose, self.command, self.walkers, self.late = Pose2(), (0.0, 0.0, 0.0), [], 0.0
+                self.muted = {"scan", "people", "people_markers"} - {order["eyes"]}
+                self.last.clear()
             elif what == "origin":
                 self.origin = Pose2(*order["pose"])
         make = self.make

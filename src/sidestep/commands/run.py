@@ -26,6 +26,7 @@ def run(
     horizon: int | None = None,
     set_: Annotated[tuple[str, ...], Parameter(name="--set", negative="")] = (),
     out: Path | None = None,
+    messages: Annotated[Path | None, Parameter(name="--record")] = None,
     people: Path | None = None,
     scene: str | None = None,
     start: float | None = None,
@@ -40,6 +41,7 @@ def run(
         horizon: planning steps, N_R.
         set_: change any field: --set planner.risk_limit=0.05 --set people.0.speed=1.4 (repeatable).
         out: folder for the results; runs/<scenario>-<human>-<seed> unless given.
+        messages: also write the run as standard messages: FILE.mcap (ROS 2) or FILE.bag (ROS 1).
         people: CSV of recorded people, scene,t,agent,kind,x,y, plain or .gz, instead of the simulated ones.
         scene: of that file.
         start: s, when in the scene the robot sets out; chosen by the seed unless given.
@@ -51,6 +53,8 @@ def run(
 
     chosen, recording = _scenario(scenario, human, seed, horizon, set_, recorded.Source(people, scene, start))
     folder = ready_folder(out or Path("runs") / _folder_name(chosen))
+    if messages is not None:
+        _check_messages(chosen, messages)
     from sidestep.commands.progress import watched  # heavy: after everything that may be wrong with the input
     from sidestep.commands.summary import rows, summary
     from sidestep.simulation.metrics import measure
@@ -61,6 +65,8 @@ def run(
         say("interrupted before the first step was done; nothing is kept")
         return INTERRUPTED
     files = _write(chosen, record, folder)
+    if messages is not None:
+        files.append(_write_messages(record, messages))
     if json:
         emit_json(summary(record, metrics) | {"files": [str(file) for file in files]})
     else:
@@ -132,6 +138,26 @@ def _write(scenario: Scenario, record: Record, folder: Path) -> list[Path]:
     files.append(folder / "scenario.toml")
     files.append(save_figure(run_figure(record), folder / "figure.png"))
     return files
+
+
+def _check_messages(scenario: Scenario, path: Path) -> None:
+    """Say what is wrong with `--record` before time is spent on the run."""
+    from sidestep.errors import InvalidInput
+    from sidestep.io.recordings import check_recordable
+
+    check_recordable(path)
+    if scenario.dimension != 2:
+        raise InvalidInput("--record", f"a run in {scenario.dimension} dimensions", "2 dimensions; messages are flat")
+
+
+def _write_messages(record: Record, path: Path) -> Path:
+    from sidestep.io.recordings import RecordingWriter
+    from sidestep.ros.recorded import record_messages
+
+    with RecordingWriter(path) as recording:
+        for message in record_messages(record, recording.make):
+            recording.write(*message)
+    return path
 
 
 def _status(metrics: Metrics, record: Record) -> int:

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Generator, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -98,8 +99,7 @@ class RecordingWriter:
 
     def __init__(self, path: str | Path) -> None:
         self._path = Path(path)
-        if self._path.suffix not in (".mcap", ".bag"):
-            raise InvalidInput("record", str(path), "a file that ends in .mcap (ROS 2) or .bag (ROS 1)")
+        check_recordable(self._path)
         self._one = self._path.suffix == ".bag"
         store = _store(self._one)
         self._store = store
@@ -148,36 +148,72 @@ class RecordingWriter:
         self._writer.open()
 
 
-def read_messages(path: str | Path, *, types: tuple[str, ...] = ()) -> Iterator[Recorded]:
+def check_recordable(path: str | Path) -> None:
+    """Check that a recording can be written there, without writing one.
+
+    Raises:
+        InvalidInput, MissingExtra, OutputError: as `RecordingWriter`.
+    """
+    path = Path(path)
+    if path.suffix not in (".mcap", ".bag"):
+        raise InvalidInput("record", str(path), "a file that ends in .mcap (ROS 2) or .bag (ROS 1)")
+    _store(path.suffix == ".bag")
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise OutputError(path, error.strerror or str(error)) from None
+
+
+def recorded_topics(path: str | Path) -> dict[str, str]:
+    """Return the topics of a recording and their types, such as {"/odom": "nav_msgs/Odometry"}.
+
+    Raises:
+        InvalidFile, MissingExtra: as `read_messages`.
+    """
+    with _opened(Path(path)) as reader:
+        return {c.topic: c.msgtype.replace("/msg/", "/") for c in reader.connections}
+
+
+def read_messages(path: str | Path, *, types: Collection[str] = (), topics: Collection[str] = ()) -> Iterator[Recorded]:
     """Yield the messages of a recording in the order of time.
 
     Args:
         path: an .mcap, .bag or .db3 file, or the folder of a ROS 2 bag.
         types: only messages of these types, such as "nav_msgs/Odometry"; empty: all that can be read.
+        topics: only messages on these topics; empty: all.
 
     Raises:
         InvalidFile: it does not exist, or is no recording.
         MissingExtra: the package that knows these formats is not installed.
     """
+    wanted = {_full(name) for name in types}
+    with _opened(Path(path)) as reader:
+        connections = [
+            c for c in reader.connections if (not wanted or c.msgtype in wanted) and (not topics or c.topic in topics)
+        ]
+        for connection, nanoseconds, raw in reader.messages(connections) if connections else ():
+            yield Recorded(
+                topic=connection.topic,
+                type=connection.msgtype.replace("/msg/", "/"),
+                time=nanoseconds * 1e-9,
+                message=reader.deserialize(raw, connection.msgtype),
+            )
+
+
+@contextmanager
+def _opened(path: Path) -> Generator[Any]:
+    """Open a recording; whatever it holds wrongly is said in one line."""
     try:
         from rosbags.highlevel import AnyReader, AnyReaderError
     except ImportError:
         raise MissingExtra("reading recordings", "ros") from None
-    path = Path(path)
     allowed = "a recording: .mcap, .bag, .db3, or the folder of a ROS 2 bag"
     if not path.exists():
         raise InvalidFile(str(path), "no such file", allowed)
-    wanted = {_full(name) for name in types}
     try:
         with AnyReader([path], default_typestore=_store(path.suffix == ".bag")) as reader:
-            connections = [c for c in reader.connections if not wanted or c.msgtype in wanted]
-            for connection, nanoseconds, raw in reader.messages(connections) if connections else ():
-                yield Recorded(
-                    topic=connection.topic,
-                    type=connection.msgtype.replace("/msg/", "/"),
-                    time=nanoseconds * 1e-9,
-                    message=reader.deserialize(raw, connection.msgtype),
-                )
+            yield reader
     except (AnyReaderError, OSError, ValueError, KeyError, AssertionError) as error:
         raise InvalidFile(str(path), str(error) or type(error).__name__, allowed) from None
 

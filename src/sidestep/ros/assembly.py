@@ -86,12 +86,7 @@ def assemble(
         lookup: tf.
     """
     node = settings.node
-    frames = Frames(
-        planning=node.frame, base=node.base_frame, mount=node.scanner_mount, same=node.same_frames, lookup=lookup
-    )
-    inputs = Inputs(settings, sensing=sensing_of(settings), frames=frames)
-    robot = robot_of(scenario_of(settings, np.zeros(2)))
-    core = Core(settings, inputs=inputs, wheels=robot, make_planner=PlannerSource(settings))
+    core, inputs = brain(settings, lookup)
     radius = settings.human.radius
 
     def raster(plan: Plan, corner: Vector, resolution: float, cells: int) -> FloatArray:
@@ -106,6 +101,17 @@ def assemble(
         ),
         subscriptions=subscriptions(settings, core=core, inputs=inputs, clock=clock),
     )
+
+
+def brain(settings: NodeSettings, lookup: Lookup) -> tuple[Core, Inputs]:
+    """Return what decides and what it decides from: a node without threads and topics."""
+    node = settings.node
+    frames = Frames(
+        planning=node.frame, base=node.base_frame, mount=node.scanner_mount, same=node.same_frames, lookup=lookup
+    )
+    inputs = Inputs(settings, sensing=sensing_of(settings), frames=frames)
+    robot = robot_of(scenario_of(settings, np.zeros(2)))
+    return Core(settings, inputs=inputs, wheels=robot, make_planner=PlannerSource(settings)), inputs
 
 
 def warm_up(settings: NodeSettings) -> None:
@@ -137,7 +143,7 @@ def scenario_of(settings: NodeSettings, goal: Vector) -> Scenario:
 
 def walls_of(scenario: Scenario, grid: Map | None) -> Obstacles | None:
     """Return the walls of the parameters and those of the map, or None where there are none."""
-    if grid is None:
+    if grid is None or not grid.occupied.any():
         return obstacles_of(scenario)
     cells = OccupancyGrid(
         occupied=np.ascontiguousarray(grid.occupied.T),  # messages have rows along y

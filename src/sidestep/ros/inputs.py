@@ -182,6 +182,10 @@ class Inputs:
         if not self.looked.is_set():
             return None
         self.looked.clear()
+        return self.seen(now)
+
+    def seen(self, now: float) -> list[PersonObservation]:
+        """Return everyone who is seen, as `people`, whether or not there is news."""
         with self._looking:
             return self._sensing.now(now)
 

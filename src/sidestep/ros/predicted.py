@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from sidestep.planning.plan import Plan
+from sidestep.planning.plan import PersonPlan, Plan
 from sidestep.prediction.collision import PersonMass, RiskField
 from sidestep.types import FloatArray, Vector
 
 
 def occupancy_raster(plan: Plan, corner: Vector, resolution: float, cells: int, *, radius: float) -> FloatArray:
     """Return the largest probability over the planned instants that somebody's body covers a cell's middle.
+
+    Where people's habits spread the prediction it is rounded up, as the planner's own maps are.
 
     Args:
         plan: with people.
@@ -23,13 +25,24 @@ def occupancy_raster(plan: Plan, corner: Vector, resolution: float, cells: int, 
         (rows, columns), rows along y.
     """
     found = np.zeros((cells, cells))
-    people = [PersonMass.of(lattice=p.occupancy.lattice, steps=p.occupancy.probability) for p in plan.people.values()]
-    if not people:
+    if not plan.people:
         return found
+    people = [mass_of(person) for person in plan.people.values()]
     field = RiskField(people=people, distances=np.full(len(people), radius), midway=False)
     half = cells // 2 + 1
     middle = corner + resolution * (half + 0.5)
-    for step in range(len(plan.positions)):
-        seen = field.raster(2 * step, middle, resolution, half)
+    for step in range(plan.horizon_used + 1):
+        seen = field.raster(2 * step, middle, resolution, half, limit=plan.risk_limit)
         np.maximum(found, seen[:cells, :cells], out=found)
     return found.T
+
+
+def mass_of(person: PersonPlan) -> PersonMass:
+    """Return where one person may be at the steps, spread included; the half instants between them are left out."""
+    if person.spread is None:
+        return PersonMass.of(lattice=person.occupancy.lattice, steps=person.occupancy.probability)
+    weights, sigmas = person.spread
+    halves = np.repeat(sigmas, 2, axis=0)[:-1]
+    return PersonMass.of(
+        lattice=person.occupancy.lattice, steps=person.occupancy.probability, weights=weights, sigmas=halves
+    )

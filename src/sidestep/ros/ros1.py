@@ -1,4 +1,4 @@
-"""The node for ROS 1: `python -m sidestep.ros.ros1`, with parameters as in docs/start/ros.md. Thin: topics, tf, time."""
+"""The node for ROS 1: `python -m sidestep.ros.ros1`; parameters: docs/start/ros.md. Thin: topics, tf, time."""
 
 from __future__ import annotations
 

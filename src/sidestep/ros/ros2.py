@@ -1,4 +1,4 @@
-"""The node for ROS 2: `python -m sidestep.ros.ros2`, with parameters as in docs/start/ros.md. Thin: topics, tf, time."""
+"""The node for ROS 2: `python -m sidestep.ros.ros2`; parameters: docs/start/ros.md. Thin: topics, tf, time."""
 
 from __future__ import annotations
 
@@ -103,6 +103,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(rclpy: Any, ros: Any, ending: threading.Event) -> int:
+    from rclpy.duration import Duration  # pyright: ignore[reportMissingImports]
+
     logger = ros.get_logger()
     try:
         settings = NodeSettings.parse(
@@ -137,6 +139,7 @@ def _run(rclpy: Any, ros: Any, ending: threading.Event) -> int:
     while not ending.is_set():
         rclpy.spin_once(ros, timeout_sec=0.1)
     node.runner.stop()
+    publishers["cmd_vel"].wait_for_all_acked(Duration(seconds=1))  # a closed topic forgets what it has not yet sent
     return 0
 
 
