@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import cached_property
 from pathlib import Path
 
 import pytest
@@ -84,11 +85,22 @@ def test_a_public_name_says_what_it_is(name):
         for field in dataclasses.fields(thing):
             assert re.search(rf"\b{field.name}\b", doc), f"{name}.{field.name} is not in the docstring"
     if inspect.isclass(thing) and not issubclass(thing, BaseException):
-        own = [m for m in vars(thing).values() if inspect.isfunction(m) or isinstance(m, property | classmethod)]
-        for member in own:
-            call = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
-            if call is not None and not call.__name__.startswith("_"):
-                assert inspect.getdoc(call), f"{name}.{call.__name__} has no docstring"
+        for key, member in vars(thing).items():
+            if not key.startswith("_") and (
+                inspect.isroutine(member) or isinstance(member, property | cached_property)
+            ):
+                assert inspect.getdoc(getattr(thing, key)), f"{name}.{key} has no docstring"
+
+
+def test_every_field_of_a_scenario_has_a_meaning_on_its_page():
+    sys.path.insert(0, str(ROOT / "tools" / "site"))
+    from scenario_page import TABLES, scenario_page
+
+    page = scenario_page()
+    assert not re.findall(r"^\| `\w+` \|[^|]*\| *\|$", page, re.MULTILINE)
+    for _, _, model in TABLES:
+        names = getattr(model, "model_fields", None) or [f.name for f in dataclasses.fields(model)]
+        assert all(f"\n| `{name}` | " in page for name in names)
 
 
 def test_the_notation_table_names_things_that_exist():

@@ -144,9 +144,8 @@ def _table(rows: list[Row]) -> str:
     """Three columns, so that a phone can show them."""
     lines = ["| field | value and default | meaning |", "|---|---|---|"]
     for name, kind, allowed, default, meaning in rows:
-        value = _escaped(
-            allowed if allowed.startswith(("a ", "an ", "one ", "0 to", "strictly")) else f"{kind} {allowed}"
-        )
+        whole = allowed.startswith(("a ", "an ", "one ", "0 to", "strictly"))  # says of which kind it is, too
+        value = _escaped(allowed if whole else kind if kind.startswith('"') else f"{kind} {allowed}")
         shown = "**required**" if default == "required" else f"default **{_escaped(default)}**" if default else ""
         lines.append(
             f"| `{name}` | {'; '.join(part for part in (value.strip(), shown) if part)} | {_escaped(meaning)} |"
