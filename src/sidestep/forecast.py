@@ -164,11 +164,19 @@ def predicted(mind: Mind, path: Path, around: Circumstances, workspace: Workspac
         robot_path=path,
         horizon=around.horizon,
         time_step=around.time_step,
-        removal=Removal(distance=around.contact(mind)),
+        removal=_removal(mind, around),
         free=free,
         midway=around.midway,
         workspace=workspace,
     )
+
+
+def _removal(mind: Mind, around: Circumstances) -> Removal:
+    """Contact, of the person as spread out as their habits say."""
+    spread = mind.spread(around.time_step * np.arange(around.horizon + 1.0))
+    if spread is None:
+        return Removal(distance=around.contact(mind))
+    return Removal(distance=around.contact(mind), weights=spread[0], sigmas=spread[1])
 
 
 def _mixed(mind: Mind, prediction: Prediction) -> FloatArray:
