@@ -189,3 +189,15 @@ def test_interruption_keeps_what_was_done(at, steps, capsys, monkeypatch):
         assert "the finished part is kept" in err
         assert "cut/record.npz" in out
         assert len(read_record("cut/record.npz").status) == steps
+
+
+def test_a_fault_of_the_planner_is_no_result(capsys, monkeypatch):
+    def broken(*args, **kwargs):
+        raise RuntimeError("broken on purpose")
+
+    monkeypatch.setattr("sidestep.planner.Planner._planned", broken)
+    assert execute(["run", "crossing", "--out", "here", "--json"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "broken on purpose" in err.splitlines()[-1]
+    assert not Path("here/record.npz").exists()

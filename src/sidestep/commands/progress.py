@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 
+from sidestep.errors import SidestepError
 from sidestep.io.scenarios import load_obstacles
+from sidestep.planning.plan import Plan
 from sidestep.simulation.loop import Step, simulate
 from sidestep.simulation.record import Record
 from sidestep.simulation.recordings import Recording
 from sidestep.simulation.scenario import Scenario
 
+_FAULT = "internal error"  # how a planner's stop begins that is a fault of ours
+
 
 def watched(scenario: Scenario, recording: Recording | None) -> Record:
-    """Run a scenario; where stderr is a terminal, show how far it is."""
+    """Run a scenario; where stderr is a terminal, show how far it is.
+
+    Raises:
+        SidestepError: the planner stopped because of a fault of its own: safe, but the run would tell nothing.
+    """
     obstacles = load_obstacles(scenario)
     if not sys.stderr.isatty():
-        return simulate(scenario, recording=recording, obstacles=obstacles)
+        return simulate(scenario, recording=recording, obstacles=obstacles, on_step=_faultless)
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
@@ -23,11 +32,24 @@ def watched(scenario: Scenario, recording: Recording | None) -> Record:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(scenario.name, total=None, state="getting ready (compiling, the first time)")
 
-        def on_step(step: Step) -> None:
+        def show(step: Step) -> None:
             if step.index == 0:
                 bar.update(task, total=step.distance)
             total = bar.tasks[0].total or 0.0
             state = f"{step.time:.1f} s, {step.distance:.1f} m to go, {step.motion.status.replace('_', ' ')}"
             bar.update(task, completed=max(total - step.distance, 0.0), state=state)
 
-        return simulate(scenario, recording=recording, obstacles=obstacles, on_step=on_step)
+        return simulate(scenario, recording=recording, obstacles=obstacles, on_step=_both(_faultless, show))
+
+
+def _both(first: Callable[[Step], None], second: Callable[[Step], None]) -> Callable[[Step], None]:
+    def call(step: Step) -> None:
+        first(step)
+        second(step)
+
+    return call
+
+
+def _faultless(step: Step) -> None:
+    if isinstance(step.motion, Plan) and step.motion.reason.startswith(_FAULT):
+        raise SidestepError(f"the planner stopped at {step.time:g} s: {step.motion.reason}; please report it")
