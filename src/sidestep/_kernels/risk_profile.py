@@ -144,10 +144,14 @@ def profiles(
     grids = np.empty((blocks, 4))
     distances = np.empty(SAMPLES)
     for b in range(blocks):
-        finest = min(max(np.min(sigmas[b]), 0.01 * radius), radius)
-        scale = 2.0 * math.sqrt(finest * max(np.max(sigmas[b]), finest))
+        finest, widest = np.inf, 0.0
+        for c in range(weights.size):
+            finest = min(finest, sigmas[b, c])
+            widest = max(widest, sigmas[b, c])
+        finest = min(max(finest, 0.01 * radius), radius)
+        scale = 2.0 * math.sqrt(finest * max(widest, finest))
         first = -radius / (radius + scale)
-        far = TAIL * np.max(sigmas[b]) + 1e-6
+        far = TAIL * widest + 1e-6
         step = (far / (far + scale) - first) / (SAMPLES - 1)
         grids[b, 0], grids[b, 1], grids[b, 2], grids[b, 3] = radius, scale, first, step
         for i in range(SAMPLES):

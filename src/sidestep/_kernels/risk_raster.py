@@ -57,11 +57,8 @@ def _integrate(ends: FloatArray, box: IntArray) -> None:
         for j in range(box[2], box[3] + 1):
             row = ends[i, j, box[4] : box[5] + 1]
             following = ends[i, j + 1, box[4] : box[5] + 1]
-            if j == box[3]:
-                following[:] = 0.0
-            else:
-                for k in range(row.size):
-                    following[k] += row[k]
+            for k in range(row.size):
+                following[k] = following[k] + row[k] if j < box[3] else 0.0
 
 
 @njit(cache=True)
@@ -128,10 +125,11 @@ def rasterise(
     narrow = np.empty(weights.shape[1])
     radii, shares = np.empty(STEPS), np.empty(STEPS)
     for person in range(starts.shape[0]):
+        whole = 0.0
         for c in range(narrow.size):
             wide = level_of(sigmas[person, block, c], spacing) > 0
             narrow[c] = 0.0 if wide else weights[person, c]
-        whole = narrow.sum()
+            whole += narrow[c]
         first, last = starts[person, block], starts[person, block + 1]
         if whole == 0.0 or first == last:
             continue

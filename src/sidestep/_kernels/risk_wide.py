@@ -42,7 +42,9 @@ def _kernel(
         if weights[c] > 0.0:
             widest = max(widest, sigmas[c])
     reach = radius + TAIL * widest
-    rings = np.linspace(0.0, reach, RINGS)
+    rings = np.empty(RINGS)
+    for n in range(RINGS):
+        rings[n] = reach * n / (RINGS - 1)
     curve = np.zeros(RINGS)
     for c in range(sigmas.size):
         if weights[c] > 0.0:
@@ -87,7 +89,7 @@ def _share_out(
 
 
 @njit(cache=True)
-def _coarser(fine: FloatArray, active: IntArray, out: FloatArray) -> None:
+def _coarser(fine: FloatArray, out: FloatArray) -> None:
     """Share the masses of one level among the cells of the next; what is off the box is lost."""
     f0, f1, f2 = (fine.shape[0] - 1) // 2, (fine.shape[1] - 1) // 2, (fine.shape[2] - 1) // 2
     h0, h1, h2 = (out.shape[0] - 1) // 2, (out.shape[1] - 1) // 2, (out.shape[2] - 1) // 2
@@ -131,15 +133,17 @@ def _blur(source: FloatArray, kernel: FloatArray, out: FloatArray) -> None:
 @njit(cache=True)
 def _unite(total: FloatArray, part: FloatArray) -> None:
     """1 − (1 − total)(1 − part) into `total`; `part` is left at zero."""
-    a, b = total.ravel(), part.ravel()
-    for n in range(a.size):
-        p = min(b[n], 1.0)
-        a[n] += p - a[n] * p
-        b[n] = 0.0
+    for i in range(total.shape[0]):
+        for j in range(total.shape[1]):
+            a, b = total[i, j], part[i, j]
+            for k in range(a.size):
+                p = min(b[k], 1.0)
+                a[k] += p - a[k] * p
+                b[k] = 0.0
 
 
 @njit(cache=True)
-def _refine(coarse: FloatArray, active: IntArray, out: FloatArray) -> None:
+def _refine(coarse: FloatArray, out: FloatArray | NDArray[np.float32]) -> None:
     """Unite `out` with a lattice of twice the spacing around the same centre, interpolated."""
     g0, g1, g2 = (coarse.shape[0] - 1) // 2, (coarse.shape[1] - 1) // 2, (coarse.shape[2] - 1) // 2
     h0, h1, h2 = (out.shape[0] - 1) // 2, (out.shape[1] - 1) // 2, (out.shape[2] - 1) // 2
@@ -157,15 +161,39 @@ def _refine(coarse: FloatArray, active: IntArray, out: FloatArray) -> None:
 
 
 @njit(cache=True)
-def _grids(half: IntArray, wider: IntArray) -> list[FloatArray]:
-    """One zero grid per level that covers `half` robot cells, widened by `wider[level]` of the level's own."""
-    grids = [np.zeros((1, 1, 1))]
-    for level in range(1, LEVELS):
-        s = np.empty(3, np.int64)
-        for a in range(3):
-            s[a] = 0 if half[a] == 0 else 2 * (((half[a] - 1) >> level) + 2 + wider[level])
-        grids.append(np.zeros((s[0] + 1, s[1] + 1, s[2] + 1)))
-    return grids
+def _grid(half: IntArray, wider: int, level: int) -> FloatArray:
+    """Zeros over `half` robot cells and a little more, widened by `wider` cells of the level."""
+    s0, s1, s2 = 0, 0, 0
+    if half[0] > 0:
+        s0 = ((half[0] - 1) >> level) + 2 + wider
+    if half[1] > 0:
+        s1 = ((half[1] - 1) >> level) + 2 + wider
+    if half[2] > 0:
+        s2 = ((half[2] - 1) >> level) + 2 + wider
+    return np.zeros((2 * s0 + 1, 2 * s1 + 1, 2 * s2 + 1))
+
+
+@njit(cache=True)
+def _kernel_at(
+    level: int,
+    radius: float,
+    weights: FloatArray,
+    sigmas: FloatArray,
+    spacing: float,
+    active: IntArray,
+    table: FloatArray,
+    limit: float,
+) -> FloatArray:
+    """Kernel of the classes that belong to a level; a single zero if there are none."""
+    chosen = np.zeros(weights.size)
+    found = False
+    for c in range(weights.size):
+        if weights[c] > 0.0 and level_of(sigmas[c], spacing) == level:
+            chosen[c] = weights[c]
+            found = True
+    if not found:
+        return np.zeros((1, 1, 1))
+    return _kernel(radius, chosen, sigmas, spacing * 2**level, active, table, 0.01 * limit)
 
 
 @njit(cache=True)
@@ -190,51 +218,38 @@ def add_wide(
     The levels of one person are united as if they were different people; the difference is their product, which is
     nothing at the scale of the limit.
     """
-    none = np.zeros(LEVELS, np.int64)
-    totals, parts = _grids(half, none), _grids(half, none)
+    totals = (_grid(half, 0, 1), _grid(half, 0, 2), _grid(half, 0, 3))
+    parts = (_grid(half, 0, 1), _grid(half, 0, 2), _grid(half, 0, 3))
     found = False
     for person in range(starts.shape[0]):
         first, last = starts[person, block], starts[person, block + 1]
-        top = 0
-        kernels = [np.zeros((1, 1, 1))]
-        for level in range(1, LEVELS):
-            chosen = np.zeros(weights.shape[1])
-            for c in range(chosen.size):
-                if weights[person, c] > 0.0 and level_of(sigmas[person, block, c], spacing) == level:
-                    chosen[c] = weights[person, c]
-                    top = level
-            h = spacing * 2**level
-            if top == level and first < last:
-                own = sigmas[person, block]
-                kernels.append(_kernel(distances[person], chosen, own, h, active, table, 0.01 * limit))
-            else:
-                kernels.append(np.zeros((1, 1, 1)))
-        if top == 0 or first == last:
+        if first == last:
+            continue
+        r, own, sigma = distances[person], weights[person], sigmas[person, block]
+        kernels = (
+            _kernel_at(1, r, own, sigma, spacing, active, table, limit),
+            _kernel_at(2, r, own, sigma, spacing, active, table, limit),
+            _kernel_at(3, r, own, sigma, spacing, active, table, limit),
+        )
+        reach3 = (kernels[2].shape[2] - 1) // 2 + 1
+        reach2 = max((kernels[1].shape[2] - 1) // 2 + 1, 2 * reach3 + 2 if kernels[2].size > 1 else 0)
+        beyond = kernels[1].size > 1 or kernels[2].size > 1
+        reach1 = max((kernels[0].shape[2] - 1) // 2 + 1, 2 * reach2 + 2 if beyond else 0)
+        if not beyond and kernels[0].size == 1:
             continue
         found = True
-        reach = np.zeros(LEVELS, np.int64)
-        for level in range(top, 0, -1):
-            beyond = reach[level + 1] * 2 + 2 if level < top else 0
-            reach[level] = max(beyond, (kernels[level].shape[2] - 1) // 2 + 1)
-        sources = _grids(half, reach)
-        for level in range(1, top + 1):
-            if level == 1:
-                _share_out(cells[first:last], masses[first:last], origin, 2.0 * spacing, active, sources[1])
-            else:
-                _coarser(sources[level - 1], active, sources[level])
+        sources = (_grid(half, reach1, 1), _grid(half, reach2, 2), _grid(half, reach3, 3))
+        _share_out(cells[first:last], masses[first:last], origin, 2.0 * spacing, active, sources[0])
+        if beyond:
+            _coarser(sources[0], sources[1])
+        if kernels[2].size > 1:
+            _coarser(sources[1], sources[2])
+        for level in range(3):
             if kernels[level].size > 1:
                 _blur(sources[level], kernels[level], parts[level])
                 _unite(totals[level], parts[level])
     if found:
-        for level in range(LEVELS - 1, 1, -1):
-            _refine(totals[level], active, totals[level - 1])
-        _write(totals[1], active, out)
+        _refine(totals[2], totals[1])
+        _refine(totals[1], totals[0])
+        _refine(totals[0], out)
     return found
-
-
-@njit(cache=True)
-def _write(coarse: FloatArray, active: IntArray, out: NDArray[np.float32]) -> None:
-    """Unite a raster of probabilities with the first level."""
-    fine = out.astype(np.float64)
-    _refine(coarse, active, fine)
-    out[:] = fine

@@ -104,7 +104,12 @@ def solve(
     arrive = np.empty(begin[horizon + 1], np.float32)
     h0, h1, h2 = sizes((radius * (2 * horizon - 1) + 1) // 2, active)
     halfway = np.empty(parities * h0 * h1 * h2, np.float32)
-    arrive[begin[horizon] :] = terminal.ravel()
+    at = begin[horizon]
+    for i in range(terminal.shape[0]):
+        for j in range(terminal.shape[1]):
+            for t in range(terminal.shape[2]):
+                arrive[at] = terminal[i, j, t]
+                at += 1
     for k in range(horizon - 1, -1, -1):
         end = risk[starts[2 * k + 2] : starts[2 * k + 3]] if some[2 * k + 2] else risk[:0]
         mid = risk[starts[2 * k + 1] : starts[2 * k + 2]] if some[2 * k + 1] else risk[:0]

@@ -101,7 +101,8 @@ def corridor(
         level[n] = _risk_near(doubled[n], block, radius, active, values, starts)
         for a in range(3):
             if active[a]:
-                c[:] = doubled[n]
+                for b in range(3):
+                    c[b] = doubled[n, b]
                 c[a] += 1.0
                 above = _risk_near(c, block, radius, active, values, starts)
                 c[a] -= 2.0
@@ -111,7 +112,8 @@ def corridor(
         for m in range(directions.shape[0]):
             t = 0.25
             while t <= reach + 0.25:
-                c[:] = doubled[n] + t * directions[m]
+                for b in range(3):
+                    c[b] = doubled[n, b] + t * directions[m, b]
                 if _risk_near(c, block, radius, active, values, starts) > limit:
                     room[n, m] = t - 0.25
                     break

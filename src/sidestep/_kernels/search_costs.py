@@ -56,7 +56,8 @@ def halfway_costs(
                         j1 = min(j + p1, w1 - 1)
                         at = ((p * w0 + i) * w1 + j) * w2
                         row = out[at : at + w2]
-                        row[:] = 0.0
+                        for k in range(w2):
+                            row[k] = 0.0
                         if risk.size > 0:
                             a = risk[(i * w1 + j) * w2 : (i * w1 + j + 1) * w2]
                             b = risk[(i * w1 + j1) * w2 : (i * w1 + j1 + 1) * w2]

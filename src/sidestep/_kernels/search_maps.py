@@ -30,13 +30,15 @@ def goal_box(
         costs above the smallest one, and that one.
     """
     out = np.empty((2 * half[0] + 1, 2 * half[1] + 1, 2 * half[2] + 1), np.float32)
-    parts = np.zeros((3, 2 * half.max() + 1))
+    parts = np.zeros((3, 2 * max(half[0], half[1], half[2]) + 1))
     lowest = 0.0
     for a in range(3):
+        least = np.inf
         for i in range(2 * half[a] + 1):
             apart = origin[a] + spacing * (i - half[a]) - goal[a]
             parts[a, i] = apart * apart * weight[a] * (1.0 if squared else weight[a])
-        lowest += parts[a, : 2 * half[a] + 1].min()
+            least = min(least, parts[a, i])
+        lowest += least
     lowest = lowest if squared else math.sqrt(lowest)
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
@@ -87,15 +89,17 @@ def field_box(
             places[n, 1] = origin[x + 1] + spacing * j
             n += 1
     walk = interpolate(places, values, corner, cell, goal)
-    if squared:
-        walk = walk * walk
-    lowest = weight * walk.min()
+    lowest = np.inf
+    for n in range(walk.size):
+        walk[n] = weight * (walk[n] * walk[n] if squared else walk[n])
+        lowest = min(lowest, walk[n])
     for n in range(walk.size):
         i, j = n // (2 * half[x + 1] + 1), n % (2 * half[x + 1] + 1)
         if flat:
-            out[0, i, j] = weight * walk[n] - lowest
+            out[0, i, j] = walk[n] - lowest
         else:
-            out[i, j, :] = weight * walk[n] - lowest
+            for k in range(out.shape[2]):
+                out[i, j, k] = walk[n] - lowest
     return out, lowest
 
 
@@ -127,5 +131,6 @@ def wall_box(
             if flat:
                 out[0, i, j] = near
             else:
-                out[i, j, :] = near
+                for k in range(out.shape[2]):
+                    out[i, j, k] = near
     return out
