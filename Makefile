@@ -7,7 +7,7 @@ BIN    := .venv/bin
 UV     := $(BIN)/uv
 
 .DEFAULT_GOAL := help
-.PHONY: help run test setup setup-run fast lint format types layers docs docs-serve figures examples package lock ci clean
+.PHONY: help run test test-ros soak setup setup-run fast lint format types layers docs docs-serve figures examples package lock ci clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-11s %s\n", $$1, $$2}'
@@ -20,6 +20,23 @@ test: setup  ## run every test, with coverage
 
 setup: .venv/.locked-test  ## make .venv with everything the tests, the checks and the site need
 setup-run: .venv/.locked-run
+
+test-ros: setup .venv-ros1/.ready .venv-ros2/.ready  ## test the nodes with real ROS 1 and ROS 2 on the loopback, and a short soak
+	SIDESTEP_ROS=1 $(BIN)/pytest -q tests/ros
+	$(BIN)/python tests/ros/soak.py --dialect 1 --seconds 30
+	$(BIN)/python tests/ros/soak.py --dialect 2 --seconds 30
+
+soak: setup .venv-ros1/.ready .venv-ros2/.ready  ## ten minutes of each node: memory must not grow
+	$(BIN)/python tests/ros/soak.py --dialect 1 --seconds 600
+	$(BIN)/python tests/ros/soak.py --dialect 2 --seconds 600
+
+.venv-ros1/.ready: tools/install-ros1.sh requirements/run.txt
+	tools/install-ros1.sh
+	@touch $@
+
+.venv-ros2/.ready: tools/install-ros2.sh requirements/run.txt
+	tools/install-ros2.sh
+	@touch $@
 
 fast: setup  ## run the tests that take less than a few seconds each
 	$(BIN)/pytest -n $(JOBS) --dist worksteal --benchmark-disable -m "not slow" -q

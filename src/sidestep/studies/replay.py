@@ -96,7 +96,7 @@ def replay(
     plans: list[Plan] = []
     robot: list[tuple[float, float, float]] = []
     seen: dict[str, list[tuple[float, float, float]]] = {}
-    due = -np.inf
+    due, period = -np.inf, 1.0 / settings.node.planner_rate
     for now, name in _fed(path, chosen, inputs, tree, eyes):
         state = inputs.robot(now)
         if state is not None and (not robot or now > robot[-1][0]):
@@ -106,7 +106,7 @@ def replay(
         for person in inputs.seen(now):
             seen.setdefault(person.id, []).append((now, float(person.position[0]), float(person.position[1])))
         if now >= due - 1e-6:
-            due = max(due, now - 1.0 / settings.node.planner_rate) + 1.0 / settings.node.planner_rate
+            due = (due if now - due < period else now) + period
             plan = core.plan(now)
             if plan is not None:
                 plans.append(plan)
