@@ -101,9 +101,13 @@ def test_scores_are_means_over_what_could_be_compared():
     def forecast(offset, actual):
         straight = np.zeros((3, 2))
         return Forecast(
-            person="a", time=0.0, predicted=straight + np.array([offset, 0.0]), straight=straight, actual=np.array(actual),
+            person="a",
+            time=0.0,
+            predicted=straight + np.array([offset, 0.0]),
+            straight=straight,
+            actual=np.array(actual),
             nearby=np.where(np.isfinite(np.array(actual)[1:, 0]), 0.5, np.nan),
-        )  # fmt: skip
+        )
 
     nan = float("nan")
     found = score([forecast(1.0, [[0, 0], [0, 0], [0, 0]]), forecast(3.0, [[0, 0], [0, 0], [nan, nan]])], 0.5)
