@@ -18,7 +18,6 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "results" / "browser"
-STARTING = 900  # s, that the server may take to compile and start, on a machine that has never run it
 
 
 def pytest_ignore_collect(collection_path, config):
@@ -40,6 +39,7 @@ class Server:
             if found:
                 self.address = found.group()
                 return
+        self.process.communicate()
         raise AssertionError(f"the server did not start:\n{self.said}")
 
     def state(self):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
@@ -17,7 +18,7 @@ FAINTEST = 2e-3  # 1/m², the density that is drawn as nothing
 STRONGEST = 2.0  # 1/m², and the one that is drawn fully
 MOST_INSTANTS = 13
 WIDEST_MARGIN = 12  # cells by which a picture grows beyond the lattice
-LEAST_WEIGHT = 1e-3  # of a steadiness class that is worth drawing
+LEAST_WEIGHT = 0.01  # of a steadiness class that is worth drawing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,23 +96,23 @@ def paint(
 def _spread(mass: FloatArray, weights: FloatArray, sigmas: FloatArray, spacing: float) -> FloatArray:
     """Return Σ_c w_c·(mass ∗ Gaussian of σ_c) at every instant, on a grid grown by what spreads over its edge."""
     margin = int(min(np.ceil(2.0 * float((weights * sigmas).sum(axis=1).max()) / spacing), WIDEST_MARGIN))
+    worth = weights >= LEAST_WEIGHT
     rows, columns = mass.shape[1:]
-    aside = margin if columns > 1 else 0
-    result = np.zeros((len(mass), rows + 2 * margin, columns + 2 * aside))
-    for k in range(len(mass)):
-        for weight, sigma in zip(weights, sigmas[k] / spacing, strict=True):
-            if weight >= LEAST_WEIGHT:
-                result[k] += weight * (_blur(rows, margin, sigma) @ mass[k] @ _blur(columns, aside, sigma).T)
-    return result
+    along = _blurs(rows, margin, sigmas[:, worth] / spacing)
+    across = along if rows == columns else _blurs(columns, 0, sigmas[:, worth] / spacing)
+    spread = along @ mass[:, np.newaxis] @ across.swapaxes(2, 3)  # (K, C, rows, columns)
+    return np.einsum("c,kcij->kij", weights[worth], spread)
 
 
-def _blur(cells: int, margin: int, sigma: float) -> FloatArray:
-    """Return (cells + 2·margin, cells): the share of a cell's mass that a Gaussian of `sigma` cells puts into each."""
-    gap = np.arange(-margin, cells + margin)[:, np.newaxis] - np.arange(cells)
+def _blurs(cells: int, margin: int, sigmas: FloatArray) -> FloatArray:
+    """Return (K, C, cells + 2·margin, cells): the share of a cell's mass that each Gaussian (σ in cells) puts where."""
     if cells == 1:
-        return (gap == 0).astype(np.float64)
-    edges = np.stack([gap - 0.5, gap + 0.5]) / max(sigma, 1e-3)
-    return ndtr(edges[1]) - ndtr(edges[0])
+        return np.broadcast_to(np.eye(2 * margin + 1, 1, -margin), (*sigmas.shape, 2 * margin + 1, 1))
+    farthest = cells - 1 + margin
+    edges = np.arange(-farthest, farthest + 2) - 0.5
+    shares = np.diff(ndtr(edges / np.maximum(sigmas, 1e-3)[:, :, np.newaxis]), axis=2)
+    windows = sliding_window_view(shares, cells, axis=2)[..., ::-1]  # row i: gaps i − margin − j, j = 0..cells−1
+    return np.ascontiguousarray(windows)
 
 
 def _chosen(count: int) -> tuple[int, ...]:

@@ -30,12 +30,12 @@ export class Measure {
 
   report() {
     return {
-      frames_per_second: 1000 / middle(this.gaps),
-      slowest_second: 1000 / mean([...this.gaps].sort((a, b) => b - a).slice(0, 20)),
-      frames_received_per_second: 1000 / middle(this.arrivals),
-      round_trip_ms: middle(this.link.roundTrips),
-      planning_ms: middle(this.planning),
-      slowest_planning_ms: Math.max(...this.planning),
+      frames_per_second: 1000 / mean(this.gaps),
+      frames_per_second_worst_twentieth: 1000 / quantile(this.gaps, 0.95),
+      frames_received_per_second: 1000 / mean(this.arrivals),
+      round_trip_ms: quantile(this.link.roundTrips, 0.5),
+      planning_ms: quantile(this.planning, 0.5),
+      planning_ms_worst_twentieth: quantile(this.planning, 0.95),
     };
   }
 
@@ -53,9 +53,9 @@ function keep(values, value) {
   if (values.length > KEPT) values.shift();
 }
 
-function middle(values) {
+function quantile(values, share) {
   const sorted = [...values].sort((a, b) => a - b);
-  return sorted.length ? sorted[sorted.length >> 1] : NaN;
+  return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] : NaN;
 }
 
 function mean(values) {
