@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import ncx2
 
 from sidestep._kernels import push, push_horizon, push_sections
+from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep.human.goals import DirectionGoal, PointGoal
 from sidestep.human.model import HumanModel
 from sidestep.prediction.occupancy import Removal, frame_of, predict
@@ -117,19 +119,27 @@ def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
-def test_what_touches_the_robot_is_removed(d: int) -> None:
+@pytest.mark.parametrize("spread", [False, True])
+def test_what_touches_the_robot_is_removed(d: int, spread: bool) -> None:
     rng = np.random.default_rng(d)
     mass = random_mass(rng, d, 2)
-    robot = np.zeros((1, 3))
-    robot[0, 3 - d :] = rng.normal(size=d) * 0.2
+    robot = np.zeros((2, 3))
+    robot[1, 3 - d :] = rng.normal(size=d) * 0.2
     place = (np.stack(np.indices((7,) * d), axis=-1) - CENTRE) * 0.3
-    near = np.linalg.norm(place - robot[0, 3 - d :], axis=-1) < 0.5
-    for kernel in both(push_sections.remove_contact):
-        field = mass.copy()
-        removed = kernel(field, 0, 2, CENTRE, d, robot, 0.3, 0.5, np.zeros((1, 0)), np.zeros((1, 4)), 0)
+    gap = np.linalg.norm(place - robot[1, 3 - d :], axis=-1)
+    share = (gap < 0.5).astype(float)
+    samples, grids = np.zeros((1, 0)), np.zeros((1, 4))
+    if spread:
+        samples, grids = profiles(0.5, np.ones(1), np.full((2, 1), 0.2), blob_table(d))
+        share = ncx2.cdf((0.5 / 0.2) ** 2, d, (gap / 0.2) ** 2)
+    for tell, remove in zip(both(push_sections.contact_shares), both(push_sections.remove_contact), strict=True):
+        field, boxes, shares = mass.copy(), np.zeros((2, 7), np.int64), np.zeros(5**d)
+        tell(robot, 0.3, 2, d, 0.5, samples, grids, boxes, shares)
+        removed = remove(field, 0, CENTRE, d, boxes, shares, 1)
         before = dense(mass, 0, d)
-        np.testing.assert_allclose(dense(field, 0, d), np.where(near, 0.0, before))
-        assert removed == pytest.approx(before[near].sum())
+        np.testing.assert_allclose(dense(field, 0, d), before * (1 - share), atol=1e-3 if spread else 1e-15)
+        assert removed == pytest.approx((before * share).sum(), abs=2e-3 if spread else 1e-12)
+        assert remove(field, 0, CENTRE, d, boxes, shares, 0) == 0.0
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])

@@ -39,7 +39,6 @@ class Conditions(NamedTuple):
     Attributes:
         dimension: d.
         reach: largest action in cells.
-        spacing: m.
         randomness: ω.
         uniform: (3·T, C) 1/T; size 0 if there are walls.
         admissible: choices of a person among walls who acts at random; size 0 if there are none.
@@ -48,16 +47,13 @@ class Conditions(NamedTuple):
         centre: anchor's index in sections of mass.
         middle: in tables.
         half_centre: in mid-step mass, in dense columns.
-        path: (K, 3) m robot in the lattice's frame, 0 on the axes that only pad.
-        contact: m between centres; < 0: nothing is removed.
-        samples: (N+1, S) for `push_sections.remove_contact`, or size 0.
-        grids: (N+1, 4) likewise.
+        boxes: (N+1, 7) and
+        shares: of `push_sections.contact_shares`; size 0: nothing is removed.
         offsets: (N+1,) where mid-step k starts in the flat array of these.
     """
 
     dimension: int
     reach: int
-    spacing: float
     randomness: float
     uniform: FloatArray
     admissible: Choices
@@ -66,10 +62,8 @@ class Conditions(NamedTuple):
     centre: int
     middle: int
     half_centre: int
-    path: FloatArray
-    contact: float
-    samples: FloatArray
-    grids: FloatArray
+    boxes: IntArray
+    shares: FloatArray
     offsets: IntArray
 
 
@@ -184,15 +178,12 @@ def propagate(
             add_box(field, there, box, centre, d, occupancy, (k + 1) * rows)
         if half >= 0:
             add_planes(field, half, given.half_centre, 2 * box - reach, d, halves, given.offsets[k])
-        if given.contact < 0.0:
+        if given.boxes.size == 0:
             continue
         if not touched:
             clear_rows(field, 2 * rows + there, box, centre, d, 1)
             add_box(field, there, box, centre, d, field, 2 * rows + there)
-        removed = remove_contact(
-            field, 2 * rows + there, box, centre, d, given.path, given.spacing, given.contact, given.samples,
-            given.grids, k + 1,
-        )  # fmt: skip
+        removed = remove_contact(field, 2 * rows + there, centre, d, given.boxes, given.shares, k + 1)
         contact[k] += removed
         touched = touched or removed > 0.0
     return touched

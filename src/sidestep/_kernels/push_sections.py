@@ -7,7 +7,7 @@ from numba import njit
 
 from sidestep._kernels.risk_profile import profile_value
 from sidestep._kernels.sweep import axis_radius, row_count
-from sidestep.types import FloatArray
+from sidestep.types import FloatArray, IntArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -70,57 +70,72 @@ def clear_rows(field: FloatArray, section: int, radius: int, centre: int, dimens
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def remove_contact(
-    field: FloatArray,
-    section: int,
-    radius: int,
-    centre: int,
-    dimension: int,
-    robot: FloatArray,
+def contact_shares(
+    path: FloatArray,
     spacing: float,
+    reach: int,
+    dimension: int,
     contact: float,
     samples: FloatArray,
     grids: FloatArray,
-    instant: int,
-) -> float:
-    """Take out of a section what touches the robot and return how much that is.
+    boxes: IntArray,
+    shares: FloatArray,
+) -> None:
+    """What share of the mass in each cell touches the robot at k = 1..N; the same for all hypotheses.
 
     Args:
-        field: all mass, changed.
-        section: of the living mass.
-        radius: of the box with mass.
-        centre: index of the anchor.
-        dimension: d.
-        robot: (K, 3) m in the lattice's frame, 0 on the axes that only pad; row `instant` is where the robot is.
+        path: (≥ N+1, 3) m, the robot in the lattice's frame, 0 on the axes that only pad.
         spacing: m.
+        reach: largest action in cells.
+        dimension: d.
         contact: m; nearer is contact, if there are no `samples`.
-        samples: (K, S) share that touches at a distance, see `risk_profile.profile_value`; or size 0.
-        grids: (K, 4) likewise.
-        instant: k.
+        samples: (N+1, S) share that touches at a distance, see `risk_profile.profile_value`; or size 0.
+        grids: (N+1, 4) likewise.
+        boxes: (N+1, 7) written: cells from the anchor, first and last on each axis, where any share is above 0 (row 0: nowhere);
+            and where these begin in `shares`.
+        shares: written; room for all cells at all instants.
     """
-    wide = contact / spacing
-    if samples.size > 0:
-        last = grids[instant, 2] + grids[instant, 3] * (samples.shape[1] - 1)
-        wide = (grids[instant, 0] + grids[instant, 1] * last / (1.0 - last)) / spacing
+    end = 0
+    for k in range(boxes.shape[0]):
+        wide = contact
+        if samples.size > 0:
+            last = grids[k, 2] + grids[k, 3] * (samples.shape[1] - 1)
+            wide = grids[k, 0] + grids[k, 1] * last / (1.0 - last)
+        for axis in range(3):
+            limit = reach * k if axis >= 3 - dimension else 0
+            boxes[k, 2 * axis] = int(np.ceil(max((path[k, axis] - wide) / spacing, -limit)))
+            boxes[k, 2 * axis + 1] = int(np.floor(min((path[k, axis] + wide) / spacing, limit)))
+        boxes[k, 1] = boxes[k, 1] if k > 0 else boxes[k, 0] - 1
+        boxes[k, 6] = end
+        for i0 in range(boxes[k, 0], boxes[k, 1] + 1):
+            for i1 in range(boxes[k, 2], boxes[k, 3] + 1):
+                g0, g1 = spacing * i0 - path[k, 0], spacing * i1 - path[k, 1]
+                for i2 in range(boxes[k, 4], boxes[k, 5] + 1):
+                    g2 = spacing * i2 - path[k, 2]
+                    distance = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
+                    if samples.size > 0:
+                        shares[end] = min(1.0, profile_value(distance, samples[k], grids[k]))
+                    else:
+                        shares[end] = 1.0 if distance < contact else 0.0
+                    end += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def remove_contact(
+    field: FloatArray, section: int, centre: int, dimension: int, boxes: IntArray, shares: FloatArray, k: int
+) -> float:
+    """Take out of a section what touches the robot at instant k, by `contact_shares`; returns how much that is."""
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    x0, x1, x2 = robot[instant, 0] / spacing, robot[instant, 1] / spacing, robot[instant, 2] / spacing
-    far = 1e9
+    at, width = boxes[k, 6], boxes[k, 5] - boxes[k, 4] + 1
     removed = 0.0
-    for i0 in range(max(-b0, int(np.ceil(max(x0 - wide, -far)))), min(b0, int(np.floor(min(x0 + wide, far)))) + 1):
-        for i1 in range(max(-b1, int(np.ceil(max(x1 - wide, -far)))), min(b1, int(np.floor(min(x1 + wide, far)))) + 1):
-            left, right = int(np.ceil(max(x2 - wide, -far))), int(np.floor(min(x2 + wide, far)))
-            for i2 in range(max(-radius, left), min(radius, right) + 1):
-                row, column = section + (c0 + i0) * rows + c1 + i1, centre + i2
-                here = field[row, column]
-                if here == 0.0:
-                    continue
-                distance = spacing * np.sqrt((i0 - x0) ** 2 + (i1 - x1) ** 2 + (i2 - x2) ** 2)
-                if samples.size > 0:
-                    fraction = min(1.0, profile_value(distance, samples[instant], grids[instant]))
-                else:
-                    fraction = 1.0 if distance < contact else 0.0
-                field[row, column] = here * (1.0 - fraction)
-                removed += here * fraction
+    for i0 in range(boxes[k, 0], boxes[k, 1] + 1):
+        for i1 in range(boxes[k, 2], boxes[k, 3] + 1):
+            row, column, first = section + (c0 + i0) * rows + c1 + i1, centre + boxes[k, 4], at
+            lo, hi = row_span(field, row, column, column + max(width, 0))
+            for c in range(lo, hi):
+                touching = field[row, c] * shares[first + c - column]
+                field[row, c] -= touching
+                removed += touching
+            at += max(width, 0)
     return removed

@@ -163,15 +163,15 @@ def predict(
     kept = np.zeros((len(goals), 2, (horizon + 1) * rows, width)) if keep_hypotheses and persistent else None
     first = np.empty((len(goals), 2, (2 * reach + 1) ** d))
     for g in range(len(goals)):
+        if kept is None and (scene.unmoved(g) or not persistent):
+            _push_together(scene, g, joint[g], results, first[g])
+            continue
         for beta in (0, 1):
+            target = results if kept is None else replace(results, occupancy=kept[g, beta])
             if persistent and joint[g, beta] > 0:
-                target = results if kept is None else replace(results, occupancy=kept[g, beta])
                 scene.push(g, float(joint[g, beta]), float(beta), target, first[g, beta])
             else:
                 scene.first_actions(g, float(beta), first[g, beta])
-        total = float(joint[g].sum())
-        if not persistent and total > 0:
-            scene.push(g, total, float(joint[g, 1]) / total, results)
     if kept is not None:
         results.occupancy[:] = kept.sum(axis=(0, 1))
     cells = (horizon + 1, *(width,) * d)
@@ -187,6 +187,19 @@ def predict(
         midway=_split(results.halves, scene.given.offsets, reach, d) if midway else (),
         hypotheses=None if kept is None else _read_only(kept.reshape(len(goals), 2, *cells)),
     )
+
+
+def _push_together(scene: Scene, goal: int, weights: FloatArray, results: Results, first: FloatArray) -> None:
+    """Add both awarenesses at once: where they act alike, or where awareness is redrawn at every step (Eq. 7)."""
+    total = float(weights.sum())
+    alike = scene.unmoved(goal)
+    for beta in (0, 1):
+        if beta == 1 and alike:
+            first[1] = first[0]
+        else:
+            scene.first_actions(goal, float(beta), first[beta])
+    if total > 0:
+        scene.push(goal, total, 0.0 if alike else float(weights[1]) / total, results)
 
 
 def first_action_probabilities(

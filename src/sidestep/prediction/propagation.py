@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sidestep._kernels.push_horizon import Behaviour, Conditions, propagate
+from sidestep._kernels.push_sections import contact_shares
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.sweep_choices import Choices, ValueScratch
 from sidestep.errors import InvalidInput
@@ -85,13 +86,14 @@ class Workspace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constants:
-    """What depends on sizes alone: the field of masses and its lines (scratch), and constant inputs of `propagate`."""
+    """What depends on sizes alone: scratch (the field of masses, its lines, contact shares) and constants of `propagate`."""
 
     field: FloatArray
     lines: FloatArray
     uniform: FloatArray
     all_used: FloatArray
     same: FloatArray
+    shares: FloatArray
     offsets: IntArray
     nobody: Choices
 
@@ -107,6 +109,7 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
         uniform=np.full((3 * count, 2 * reach * (horizon - 1) + 1), 1.0 / count),
         all_used=np.ones(3 * count),
         same=np.repeat(np.eye(count)[None], 3, axis=0),
+        shares=np.empty(sum((2 * reach * k + 1) ** dimension for k in range(1, horizon + 1))),
         offsets=np.cumsum(np.array([0, *sizes]), dtype=np.int64),
         nobody=boxes([0] * horizon, dimension, words_of(reach, dimension), 0),
     )
@@ -179,6 +182,10 @@ class Scene:
         touched = False
         for first, last in self._stretches(self._policies[goal]):
             touched = self._propagate(goal, first, last, touched, weight, concerned, results, actions)
+
+    def unmoved(self, goal: int) -> bool:
+        """Whether the robot provably changes nothing that a person with this goal does."""
+        return not np.any(self._policies[goal].differs)
 
     def first_actions(self, goal: int, beta: float, actions: FloatArray) -> None:
         """Write P(u | x; goal, β) at the anchor now into `actions` (n,)."""
@@ -270,11 +277,16 @@ def _conditions(
 ) -> Conditions:
     reach = grid.reach
     middle = reach * (horizon - 1)
-    samples, grids = _contact_profiles(removal, horizon, grid.dimension)
+    boxes = np.empty((0 if removal is None else horizon + 1, 7), np.int64)
+    if removal is not None:
+        samples, grids = _contact_profiles(removal, horizon, grid.dimension)
+        contact_shares(
+            path, grid.lattice.spacing, reach, grid.dimension, float(removal.distance), samples, grids, boxes,
+            constants.shares,
+        )  # fmt: skip
     return Conditions(
         dimension=grid.dimension,
         reach=reach,
-        spacing=grid.lattice.spacing,
         randomness=float(model.randomness),
         uniform=constants.uniform if walls is None else constants.uniform[:0],
         admissible=constants.nobody if walls is None else admissible_actions(grid, walls, horizon),
@@ -283,16 +295,14 @@ def _conditions(
         centre=reach * horizon,
         middle=middle,
         half_centre=2 * middle + reach,
-        path=path,
-        contact=-1.0 if removal is None else float(removal.distance),
-        samples=samples,
-        grids=grids,
+        boxes=boxes,
+        shares=constants.shares,
         offsets=constants.offsets,
     )
 
 
-def _contact_profiles(removal: Removal | None, horizon: int, dimension: int) -> tuple[FloatArray, FloatArray]:
-    if removal is None or removal.weights is None or removal.sigmas is None:
+def _contact_profiles(removal: Removal, horizon: int, dimension: int) -> tuple[FloatArray, FloatArray]:
+    if removal.weights is None or removal.sigmas is None:
         return np.zeros((1, 0)), np.zeros((1, 4))
     sigmas = np.ascontiguousarray(removal.sigmas, dtype=np.float64)
     weights = np.ascontiguousarray(removal.weights, dtype=np.float64)
