@@ -7,7 +7,7 @@ BIN    := .venv/bin
 UV     := $(BIN)/uv
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-ros soak setup setup-run fast lint format types layers docs docs-serve figures examples package lock ci clean
+.PHONY: help run test test-ros soak setup setup-run fast test-browser lint format types layers docs docs-serve figures examples package lock ci clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-11s %s\n", $$1, $$2}'
@@ -40,6 +40,10 @@ soak: setup .venv-ros1/.ready .venv-ros2/.ready  ## ten minutes of each node: me
 
 fast: setup  ## run the tests that take less than a few seconds each
 	$(BIN)/pytest -n $(JOBS) --dist worksteal --benchmark-disable -m "not slow" -q
+
+test-browser: setup  ## drive the live page in Debian's chromium; pictures and measurements in results/browser
+	tools/install-browser.sh $(BIN)/python
+	SIDESTEP_BROWSER=1 $(BIN)/pytest tests/browser -s --benchmark-disable -p no:cacheprovider
 
 lint: setup  ## ruff: rules and format
 	$(BIN)/ruff check .
