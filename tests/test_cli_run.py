@@ -102,6 +102,8 @@ def test_switching_people_are_unconcerned_first(capsys):
         (["crossing", "--scene", "zara1"], "--people"),
         (["crossing", "--start", "3"], "--people"),
         (["crossing", "--people", "absent.csv"], "absent.csv"),
+        (["crossing", "--people", "absent.csv", "--human", "concerned"], "--human"),
+        (["crossing", "--seed", "-1"], "seed"),
         (["crossing", "--out", "a-file/here"], "a-file/here"),
     ],
 )
@@ -136,7 +138,7 @@ def crowd(path):
 
 def test_recorded_people_in_place_of_simulated_ones(tmp_path, capsys):
     crowd(tmp_path / "square.csv")
-    argv = ["run", "crossing", "--people", "square.csv", "--scene", "square", "--seed", "1", "--set", "duration=6.0"]
+    argv = ["run", "crossing", "--people", "square.csv", "--scene", "square", "--seed", "1", "--set", "duration=4.0"]
     found = told(capsys, *argv)
     assert set(found) >= PROMISED
     assert set(found["people"]) <= {str(i) for i in range(10)}
@@ -201,3 +203,10 @@ def test_a_fault_of_the_planner_is_no_result(capsys, monkeypatch):
     assert out == ""
     assert "broken on purpose" in err.splitlines()[-1]
     assert not Path("here/record.npz").exists()
+
+
+def test_a_run_with_nobody_is_a_run(capsys):
+    found = told(capsys, "run", "crossing", "--set", "people=[]", "--out", "here")
+    assert (found["human_positions"], found["belief"], found["people"]) == ({}, {}, {})
+    assert found["min_distance"] is None
+    assert found["time_to_goal"] == pytest.approx(10.0, abs=0.51)

@@ -93,6 +93,10 @@ def _scenario(
     if seed is not None:
         extra.append(f"seed={seed}")
     if source.file is not None:
+        if human is not None:
+            raise InvalidInput(
+                "--human", human, "only without --people", "recorded people cannot be turned into others"
+            )
         return source.scenario(name, extra)
     for option, value in (("--scene", source.scene), ("--start", source.start)):
         if value is not None:

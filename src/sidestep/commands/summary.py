@@ -42,7 +42,7 @@ def summary(record: Record, metrics: Metrics | None = None) -> dict[str, Any]:
         "robot_positions": record.robot_positions,
         "human_positions": only["positions"] if only else {name: p["positions"] for name, p in people.items()},
         "belief": only["belief"] if only else {name: p["belief"] for name, p in people.items()},
-        "collision_probability": np.nanmax(record.collision_probability, axis=1, initial=0.0),
+        "collision_probability": np.fmax.reduce(record.collision_probability, axis=1, initial=0.0),
         "status": record.status,
         "people": people,
     }
