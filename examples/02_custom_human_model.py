@@ -30,7 +30,7 @@ def main(folder: Path) -> None:
         print(label)
         axes.plot(*record.robot_positions.T, color=colour, marker="o", markersize=3, label=label)
         axes.plot(*record.people_positions[:, 0].T, color="#D55E00", linewidth=1)
-    axes.legend(fontsize="small", loc="lower left")
+    axes.figure.legend(fontsize="small", loc="outside lower center")
     axes.figure.savefig(folder / "02_custom_human_model.png", dpi=120)
 
 

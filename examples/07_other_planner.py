@@ -1,7 +1,7 @@
 """Another planner in our simulator.
 
 Anything with `reset` and `step` can drive: the same people, sensor, limits and seeds. Here a
-potential field, twenty lines, against our planner, ten runs each.
+potential field, twenty lines, against our planner, six runs each.
 """
 
 import sys
@@ -40,12 +40,12 @@ def main(folder: Path) -> None:
     axes = Figure(figsize=(5.5, 4), layout="constrained").add_subplot(xlabel="nearest (m)", ylabel="time to goal (s)")
     for name, colour in (("potential field", "#D55E00"), ("sidestep", "#0072B2")):
         results = []
-        for seed in range(10):
+        for seed in range(6):
             field = PotentialField(scenario.robot.goal, scenario.robot.max_speed)
             record = sidestep.simulate(scenario, seed=seed, navigator=field if name == "potential field" else None)
             results.append((measure(record).min_distance, record.time[-1]))
         nearest, duration = np.array(results).T
-        print(f"{name}: nearest {nearest.min():.2f} m in ten runs, on average {duration.mean():.1f} s")
+        print(f"{name}: nearest {nearest.min():.2f} m in six runs, on average {duration.mean():.1f} s")
         axes.plot(nearest, duration, "o", color=colour, label=name)
     axes.axvline(0.6, color="black", linestyle=":", label="contact")
     axes.legend()
