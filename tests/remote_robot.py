@@ -34,8 +34,10 @@ class Floor:
     def motion(self, motion: Motion) -> None:
         self.motion_now = motion
 
-    def plan(self, plan, report) -> None:
+    def plan(self, plan) -> None:
         pass
+
+    prediction = plan
 
     def report(self, report) -> None:
         self.why = report.summary

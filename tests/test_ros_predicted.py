@@ -47,20 +47,20 @@ def exact(made, points):
     return top
 
 
-@pytest.mark.parametrize(("model", "slack"), [({"steadiness": False, "online_randomness": False}, 1e-6), ({}, 0.25)])
+@pytest.mark.parametrize("model", [{"steadiness": False, "online_randomness": False}, {}])
 @pytest.mark.parametrize("cells", [60, 61])
-def test_the_grid_shows_the_probability_that_a_body_covers_its_places(model, slack, cells):
+def test_the_grid_shows_the_probability_that_a_body_covers_its_places(model, cells):
     made = plan(**model)
     corner, resolution = np.array([-2.0, -2.5]), 0.1
     grid = occupancy_raster(made, corner, resolution, cells, radius=RADIUS)
     columns, rows = np.meshgrid(np.arange(cells), np.arange(cells))
     points = corner + resolution * (np.stack([columns.ravel(), rows.ravel()], axis=1) + 0.5)
     wanted = exact(made, points).reshape(cells, cells)
-    difference = grid - wanted
-    assert difference.max() <= slack
-    assert difference.min() >= -1e-3 if slack > 0.1 else difference.min() >= -1e-6
+    shown = grid > 0
+    assert np.abs(grid - wanted)[shown].max() < 0.002
+    assert wanted[~shown].max() < 0.01
     assert grid.max() > 0.9  # where they are now
-    assert 0.01 < grid[wanted > 0.01].min() <= 1.0
+    assert shown.sum() > 50
 
 
 def test_nobody_is_nothing():

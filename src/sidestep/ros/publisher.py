@@ -68,11 +68,15 @@ class Publisher:
             ),
         )
 
-    def plan(self, plan: Plan, report: Report) -> None:
-        """nav_msgs/Path, OccupancyGrid and MarkerArray of a new plan."""
-        del report
+    def plan(self, plan: Plan) -> None:
+        """nav_msgs/Path and MarkerArray of a new plan."""
         make, frame = self._make, self._node.frame
         self._send("plan", outgoing.path(make, frame, plan.time, plan.positions, plan.time_step))
+        self._send("beliefs", outgoing.marker_array(make, self._markers(plan)))
+
+    def prediction(self, plan: Plan) -> None:
+        """nav_msgs/OccupancyGrid of what a plan predicts."""
+        make, frame = self._make, self._node.frame
         cells = max(1, round(self._node.grid_size / self._node.grid_resolution))
         corner = plan.positions[0] - cells * self._node.grid_resolution / 2
         probability = self._raster(plan, corner, self._node.grid_resolution, cells)
@@ -80,7 +84,6 @@ class Publisher:
             "predicted_occupancy",
             outgoing.grid(make, frame, plan.time, corner, self._node.grid_resolution, probability),
         )
-        self._send("beliefs", outgoing.marker_array(make, self._markers(plan)))
 
     def _markers(self, plan: Plan) -> Iterator[Any]:
         lifetime = self._node.plan_lifetime

@@ -1,4 +1,4 @@
-"""Three threads around the core: commands at the control rate, plans at the planner's, and the stations' server."""
+"""Threads around the core: commands and plans at their rates, pictures when there is time, and the stations."""
 
 from __future__ import annotations
 
@@ -30,8 +30,12 @@ class Outlet(Protocol):
         """Send a command to the wheels."""
         ...
 
-    def plan(self, plan: Plan, report: Report) -> None:
+    def plan(self, plan: Plan) -> None:
         """Show a new plan."""
+        ...
+
+    def prediction(self, plan: Plan) -> None:
+        """Show what it predicts; this may take longer than a plan."""
         ...
 
     def report(self, report: Report) -> None:
@@ -67,7 +71,8 @@ class Runner:
         self._outlet = outlet
         self._clock = clock
         self._prepare = prepare
-        self._ending = threading.Event()
+        self._ending, self._painting = threading.Event(), threading.Event()
+        self._shown: Plan | None = None
         self._link: Link | None = None
         self.server: RemoteServer | None = None
         """The stations' server, where remote control is enabled."""
@@ -84,6 +89,7 @@ class Runner:
         self._threads = [
             threading.Thread(target=self._command, name="command", daemon=True),
             threading.Thread(target=self._plan, name="plan", daemon=True),
+            threading.Thread(target=self._paint, name="paint", daemon=True),
         ]
 
     def start(self) -> None:
@@ -101,11 +107,27 @@ class Runner:
         """End, with a last command to stand still."""
         self._ending.set()
         self._inputs.renewed.set()
+        self._painting.set()
         for thread in self._threads:
             thread.join(timeout=2.0)
         if self.server is not None:
             self.server.close()
         self._outlet.motion(STANDSTILL)
+
+    def _paint(self) -> None:
+        while not self._ending.is_set():
+            self._painting.wait(1.0)
+            self._painting.clear()
+            plan, self._shown = self._shown, None
+            if plan is not None:
+                self._safely(self._outlet.prediction, plan)
+                self._ending.wait(1.0 / self._node.picture_rate)
+
+    def _safely(self, show: Callable[[Plan], None], plan: Plan) -> None:
+        try:
+            show(plan)
+        except Exception:  # pictures must not stop the robot
+            _LOG.exception("a plan could not be shown")
 
     def _goal(self, x: float, y: float) -> None:
         self._inputs.take_goal(Target(frame="", position=np.array([x, y])))
@@ -153,10 +175,9 @@ class Runner:
             self._inputs.looked.wait(period)  # a plan from new measurements is worth a moment's delay
             plan = self._core.plan(self._clock())
             if plan is not None:
-                try:
-                    self._outlet.plan(plan, self._core.report(self._clock()))
-                except Exception:  # pictures must not stop the robot
-                    _LOG.exception("a plan could not be shown")
+                self._shown = plan
+                self._painting.set()
+                self._safely(self._outlet.plan, plan)
             due = max(due + period, time.monotonic())
             self._inputs.renewed.wait(max(0.0, due - time.monotonic()))
 

@@ -78,7 +78,7 @@ class NodeParameters(Settings):
         timeout: s without scan, odometry or people after which the robot stops.
         unknown_is_free: unknown cells of the map are free.
         grid_resolution: m per cell, grid_size: m, of the predicted occupancy that is published around the robot.
-        diagnostics_rate: Hz.
+        diagnostics_rate: Hz; picture_rate: Hz at most, of the predicted occupancy.
         remote: control from a second computer.
     """
 
@@ -94,6 +94,7 @@ class NodeParameters(Settings):
     grid_resolution: Positive = 0.1
     grid_size: Positive = 8.0
     diagnostics_rate: Positive = 1.0
+    picture_rate: Positive = 2.0
     remote: RemoteSettings = RemoteSettings()
 
     @property
