@@ -14,7 +14,7 @@ from made_records import made_record
 from scripted_navigators import Blind, Pondering
 from sidestep.errors import InvalidInput
 from sidestep.io.records import read_record, write_record
-from sidestep.io.scenarios import load_scenario
+from sidestep.io.scenarios import load_scenario, shipped_names
 from sidestep.simulation.metrics import measure
 from sidestep.viewer.live import messages, stage
 from sidestep.viewer.live.replay import Replay
@@ -177,6 +177,22 @@ def test_what_does_not_fit_the_scenario_is_told_and_changes_nothing():
     assert "2-D" in frame["trouble"]
     assert session.settings.scenario == "crossing"
     assert _run(session, 1.0)["frame"][-1]["time"] > 1.9
+
+
+@pytest.mark.parametrize("name", [n for n in shipped_names() if load_scenario(n).dimension == 2])
+def test_every_flat_scenario_can_be_visited(name):
+    session = _session(scenario=name, beside="orca")
+    said = _run(session, 2.0)
+    scenario = load_scenario(name)
+    assert len(said["scene"][0]["people"]) == max(len(scenario.people), 1)
+    x0, y0, x1, y1 = said["scene"][0]["bounds"]
+    for x, y, _ in said["frame"][-1]["panels"][0]["people"]:
+        assert x is None or (x0 <= x <= x1 and y0 <= y <= y1)
+
+
+def test_another_scenario_comes_with_its_own_numbers():
+    settings = LiveSettings().changed("clearance", 1.5).changed("people", 3).changed("ignores", "no_prediction")
+    assert settings.changed("scenario", "head-on") == LiveSettings(scenario="head-on", ignores="no_prediction")
 
 
 @pytest.mark.parametrize("kind", ["concerned", "unconcerned", "mixed", "random"])

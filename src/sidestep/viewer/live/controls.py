@@ -13,6 +13,7 @@ from sidestep.viewer.live.navigators import TITLES
 from sidestep.viewer.live.visits import Visit
 
 KINDS = {
+    "scenario": "as the scenario has it",
     "mixed": "every second one gives way",
     "concerned": "all give way",
     "unconcerned": "nobody gives way",
@@ -89,6 +90,7 @@ class Controls:
         self.cards()
 
     def _cards(self) -> None:
+        numbers = self.visit.numbers()
         with ui.element("section").classes("card"):
             ui.html("<h2>The world</h2>", sanitize=False)
             with ui.element("div").classes("controls"):
@@ -97,12 +99,11 @@ class Controls:
                     name="people", label="Other people", hint="simulated", low=0, high=12, step=1,
                     write=lambda v: f"{v:.0f}", to=int,
                 )  # fmt: skip
-                self._slide(people, float(self.visit.settings.people))
+                self._slide(people, numbers["people"])
                 self._choice("kind", "They", KINDS)
         with ui.element("section").classes("card"):
             ui.html("<h2>The robot</h2>", sanitize=False)
             with ui.element("div").classes("controls"):
-                numbers = self.visit.numbers()
                 for slide in SLIDES:
                     self._slide(slide, slide.back(numbers[slide.name]))
                 self._choice("planning_rate", "Thinks", RATES)

@@ -206,7 +206,7 @@ class Session:
             run = world.run
             start, goal = run.state.position, run.goal
             people = [
-                person.model_copy(update={"start": tuple(map(float, place))})
+                person if np.isnan(place).any() else person.model_copy(update={"start": tuple(map(float, place))})
                 for person, place in zip(run.scenario.people[1:], run.places[1:], strict=True)
             ]
         if turn:

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from sidestep.errors import InvalidInput, UnknownName
 
-Kind = Literal["concerned", "unconcerned", "mixed", "random"]
+Kind = Literal["scenario", "concerned", "unconcerned", "mixed", "random"]
 Ignores = Literal["nothing", "assume_concerned", "assume_unconcerned", "no_prediction"]
 Beside = Literal["nothing", "cv_mpc", "orca", "assume_concerned", "assume_unconcerned", "no_prediction"]
 
@@ -22,7 +22,8 @@ class LiveSettings(BaseModel):
         risk_limit: P_th.
         clearance: m between centres.
         randomness: ω; None: as the scenario has it (usually learnt from how often the person's velocity changes).
-        people: number of simulated people beside the visitor.
+        people: number of simulated people beside the visitor; None: those of the scenario beyond its first, whose
+            place the visitor takes.
         kind: of the simulated people; "mixed" alternates concerned and unconcerned.
         robot_speed: m/s.
         ignores: what our robot leaves out, so that the difference shows.
@@ -37,22 +38,23 @@ class LiveSettings(BaseModel):
     risk_limit: float | None = Field(default=None, ge=0.001, le=0.5)
     clearance: float | None = Field(default=None, ge=0.3, le=3.0)
     randomness: float | None = Field(default=None, ge=0.0, le=1.0)
-    people: int = Field(default=0, ge=0, le=12)
-    kind: Kind = "mixed"
+    people: int | None = Field(default=None, ge=0, le=12)
+    kind: Kind = "scenario"
     robot_speed: float | None = Field(default=None, ge=0.2, le=2.5)
     ignores: Ignores = "nothing"
     beside: Beside = "nothing"
     planning_rate: Literal[2, 5, 10] = 5
 
     def changed(self, name: str, value: object) -> LiveSettings:
-        """Return these settings with one of them changed.
+        """Return these settings with one of them changed; another scenario comes with its own numbers.
 
         Raises:
             InvalidInput: no such setting, or the value is not allowed.
         """
         if name not in type(self).model_fields:
             raise UnknownName("live", name[:40], type(self).model_fields)
+        kept = self.model_dump(include={"ignores", "beside", "planning_rate"} if name == "scenario" else None)
         try:
-            return LiveSettings.model_validate(self.model_dump() | {name: value})
+            return LiveSettings.model_validate(kept | {name: value})
         except ValidationError as error:
             raise InvalidInput(f"live.{name}", value, error.errors()[0]["msg"]) from None

@@ -17,6 +17,7 @@ from sidestep.viewer.live.settings import Ignores, LiveSettings
 CONTROL_STEP = 0.05  # s: twenty frames a second
 VISITOR = "visitor"  # the kind of person whom the visitor steers
 MARGIN = 1.5  # m of floor around everything
+MOST_PEOPLE = 12
 SMALLEST = 8.0  # m, of the floor's sides
 LONGEST_TRIP = 600.0  # s; after that the record begins anew
 CERTAIN = 1e-9  # distance to 0 or 1 of a belief that is meant to be fixed
@@ -33,6 +34,8 @@ def with_settings(scenario: Scenario, settings: LiveSettings) -> Scenario:
     """
     if scenario.dimension != 2:
         raise InvalidInput("live.scenario", scenario.name, "a scenario in 2-D", "choose another one")
+    if scenario.map is not None:
+        raise InvalidInput("live.scenario", scenario.name, "walls as polygons", "the page cannot draw a map file yet")
     data = scenario.settings()
     data["control_step"], data["planning_period"] = CONTROL_STEP, 1.0 / settings.planning_rate
     data["duration"], data["recording"], data["people"] = LONGEST_TRIP, None, []
@@ -91,6 +94,11 @@ def visitor_start(scenario: Scenario) -> tuple[float, float]:
     return float(x), float(y)
 
 
+def people_count(scenario: Scenario, settings: LiveSettings) -> int:
+    """Return the number of simulated people."""
+    return min(max(len(scenario.people) - 1, 0), MOST_PEOPLE) if settings.people is None else settings.people
+
+
 def crowd(
     scenario: Scenario, settings: LiveSettings, bounds: Bounds, generator: np.random.Generator, free: Any
 ) -> list[PersonSettings]:
@@ -103,16 +111,17 @@ def crowd(
         generator: of the places.
         free: (point) → whether a person may stand there.
     """
-    own = list(scenario.people[1:])[: settings.people]
-    people: list[PersonSettings] = []
-    for i in range(settings.people):
-        kind = settings.kind if settings.kind != "mixed" else ("concerned", "unconcerned")[i % 2]
-        if i < len(own):
-            people.append(own[i].model_copy(update={"kind": kind, "id": f"p{i + 1}", "appears": 0.0, "vanishes": None}))
-        else:
-            start, goal = _crossing(scenario, bounds, generator, free)
-            people.append(PersonSettings(id=f"p{i + 1}", kind=kind, start=start, goal=goal, goal_known=False))
-    return people
+    own = [person.model_copy(update={"id": None}) for person in scenario.people[1:]]
+    count = people_count(scenario, settings)
+    while len(own) < count:
+        start, goal = _crossing(scenario, bounds, generator, free)
+        kind = "unconcerned" if len(own) % 2 else "concerned"
+        own.append(PersonSettings(kind=kind, start=start, goal=goal, goal_known=False))
+    kinds = {"mixed": ("concerned", "unconcerned"), "scenario": ()}.get(settings.kind, (settings.kind,))
+    return [
+        person.model_copy(update={"id": f"p{i + 1}"} | ({"kind": kinds[i % len(kinds)]} if kinds else {}))
+        for i, person in enumerate(own[:count])
+    ]
 
 
 def trip(

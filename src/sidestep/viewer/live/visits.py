@@ -59,8 +59,10 @@ class Visit:
 
     def numbers(self) -> dict[str, float]:
         """Return the numbers in force where a setting may leave them to the scenario."""
-        scenario = stage.with_settings(self._load(self.settings.scenario), self.settings)
+        source = self._load(self.settings.scenario)
+        scenario = stage.with_settings(source, self.settings)
         return {
+            "people": stage.people_count(source, self.settings),
             "horizon": scenario.planner.horizon,
             "risk_limit": scenario.planner.risk_limit,
             "clearance": scenario.clearance,

@@ -185,6 +185,7 @@ export class Scene {
   remember(trail, frame, panel) {
     if (trail.trip !== panel.trip) Object.assign(trail, { trip: panel.trip, robot: [] });
     const add = (points, at) => {
+      if (at[0] === null) return;
       const last = points[points.length - 1];
       if (last && last.time > frame.time) points.length = 0;
       if (!last || frame.time - last.time > 0.1) points.push({ time: frame.time, at: [at[0], at[1]] });
@@ -234,10 +235,11 @@ export class Scene {
 
   drawPersonOf(view, panel, at, j) {
     const { ctx, colours, world } = this;
+    if (at[0] === null) return; // not there yet, or gone
     const person = world.people[j];
     const belief = panel.beliefs[j] ?? null;
     drawPerson(ctx, view, colours, { at, radius: person.radius, you: person.you, belief, walking: panel.walking[j] });
-    if (at[0] === null || (!person.you && world.people.length > 4)) return;
+    if (!person.you && world.people.length > 4) return;
     const lines = [];
     if (person.you) lines.push(["you", true]);
     if (belief !== null) lines.push([`gives way? ${Math.round(100 * belief)} %`, false]);
