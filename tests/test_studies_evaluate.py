@@ -66,9 +66,7 @@ def test_numbers_do_not_depend_on_workers_or_resumption(tmp_path, monkeypatch):
     assert len(files) == 8
     files[2].unlink()
     seen = []
-    third = evaluate(
-        CHEAP, SIMPLE, episodes=7, seed=5, store=Checkpoints(tmp_path), progress=lambda *a: seen.append(a)
-    )
+    third = evaluate(CHEAP, SIMPLE, episodes=7, seed=5, store=Checkpoints(tmp_path), progress=lambda *a: seen.append(a))
     assert len(seen) == 1  # one piece was missing
     for key in values_of(one):
         np.testing.assert_array_equal(values_of(one)[key], values_of(two)[key])

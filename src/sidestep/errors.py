@@ -1,11 +1,11 @@
 """One tree of exceptions; each message is one line: which field, which value, what is allowed, how to mend it.
 
-    SidestepError
-    ├── InvalidInput(ValueError)     a value that a caller passed          (exit status 2 on the command line)
-    │   ├── InvalidFile              a file that cannot be read as what it should be
-    │   └── UnknownName              a scenario, field or option that does not exist; suggests the nearest
-    ├── MissingExtra(ImportError)    an optional part is not installed; names the extra
-    └── OutputError(OSError)         a result that cannot be written
+SidestepError
+├── InvalidInput(ValueError)     a value that a caller passed          (exit status 2 on the command line)
+│   ├── InvalidFile              a file that cannot be read as what it should be
+│   └── UnknownName              a scenario, field or option that does not exist; suggests the nearest
+├── MissingExtra(ImportError)    an optional part is not installed; names the extra
+└── OutputError(OSError)         a result that cannot be written
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Cells ↔ positions: the lattice that a person's actions generate (method: spacing v·ΔT, anchored at the measured position)."""
+"""Cells ↔ positions: the lattice of a person's actions, of spacing v·ΔT, anchored at the measured position."""
 
 from __future__ import annotations
 

@@ -91,8 +91,8 @@ def contact_shares(
         contact: m; nearer is contact, if there are no `samples`.
         samples: (N+1, S) share that touches at a distance, see `risk_profile.profile_value`; or size 0.
         grids: (N+1, 4) likewise.
-        boxes: (N+1, 7) written: cells from the anchor, first and last on each axis, where any share is above 0 (row 0: nowhere);
-            and where these begin in `shares`.
+        boxes: (N+1, 7) written: cells from the anchor, first and last on each axis, where any share is above 0
+            (row 0: nowhere); and where these begin in `shares`.
         shares: written; room for all cells at all instants.
     """
     end = 0

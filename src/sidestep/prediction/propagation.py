@@ -86,7 +86,7 @@ class Workspace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constants:
-    """What depends on sizes alone: scratch (the field of masses, its lines, contact shares) and constants of `propagate`."""
+    """What depends on sizes alone: scratch (the field of masses, its lines, contact shares) and constants."""
 
     field: FloatArray
     lines: FloatArray

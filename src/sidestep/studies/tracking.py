@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 
 from sidestep.human.observation import PersonObservation
-from sidestep.perception.scan import Scan, ScanRecording
 from sidestep.perception.clear_mot import ClearMot, MotScore
+from sidestep.perception.scan import Scan, ScanRecording
 from sidestep.types import FloatArray
 
 SECTOR_WITH_ODOMETRY = (np.radians(-80.0), np.radians(12.0))
