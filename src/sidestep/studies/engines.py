@@ -82,8 +82,8 @@ def _with_ray(
     work: Callable[[Piece], Result], pieces: Sequence[Piece], workers: int, address: str | None
 ) -> Iterator[Result]:
     try:
-        import ray
-        from ray.exceptions import WorkerCrashedError
+        import ray  # pyright: ignore[reportMissingImports]
+        from ray.exceptions import WorkerCrashedError  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise MissingExtra("--engine ray", "ray") from None
     mine = not ray.is_initialized()
