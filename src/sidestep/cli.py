@@ -18,6 +18,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("sidestep.commands.run:run", "send a robot past people: table, record, figure"),
     "bench": ("sidestep.commands.bench:bench", "how fast planning is, beside other planners"),
     "reproduce": ("sidestep.commands.reproduce:reproduce", "the paper, claim by claim, with verdicts"),
+    "evaluate": ("sidestep.commands.evaluate:evaluate", "ours against others, over many seeded episodes"),
     "live": ("sidestep.commands.live:live", "be the pedestrian: a page in the browser"),
     "animate": ("sidestep.commands.animate:animate", "a film of a recorded run"),
     "replay": ("sidestep.commands.replay:replay", "plan over a recording: predicted against actual positions"),

@@ -63,12 +63,13 @@ def show_tables(result: dict[str, Any]) -> None:
 
 def draw(result: dict[str, Any], out: Path) -> list[str]:
     """Write results.json and the figures; their paths."""
+    from sidestep.commands.reproduction import finite
     from sidestep.io.files import ready_folder, written
     from sidestep.viewer.figure_bench import growth_figure, horizon_figure
 
     folder = ready_folder(out)
     with written(folder / "results.json") as file:
-        file.write(json.dumps(_finite(result), indent=1).encode())
+        file.write(json.dumps(finite(result), indent=1).encode())
     peers = {name: p["median_ms"] for name, p in result["peers"].items()}
     floors = {int(n.partition("= ")[2]): f["floor_ms"] for n, f in result["floors"].items()}
     figures = {
@@ -83,11 +84,3 @@ def draw(result: dict[str, Any], out: Path) -> list[str]:
                 figure.savefig(file, format=kind, dpi=200)
             paths.append(str(path))
     return paths
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and value != value else value

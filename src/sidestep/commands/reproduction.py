@@ -40,14 +40,14 @@ def make(
     store = Checkpoints(out / "points")
     jobs = workers or os.cpu_count() or 1
     settings = [*(section_four() if any(not c.lab for c in chosen) else []), *section_five()]
-    with _progress("runs of the paper") as tell:
+    with progress_bar("runs of the paper") as tell:
         points = run_points(
             settings, bases, seeds=QUICK_SEEDS if quick else FULL_SEEDS, workers=jobs, store=store, progress=tell
         )
     regions: dict[str, str] = {}
     grid: list[dict[str, Any]] = []
     if not quick:
-        with _progress("where do failing claims hold") as tell:
+        with progress_bar("where do failing claims hold") as tell:
             around = run_points(sweep(), bases, seeds=SWEEP_SEEDS, workers=jobs, store=store, progress=tell)
         regions, grid = holds_when(around, sweep())
     table = rows(chosen, points, regions)
@@ -60,7 +60,7 @@ def make(
         "quick": quick,
     }
     with written(out / "results.json") as file:
-        file.write(json.dumps(_finite(result), indent=1).encode())
+        file.write(json.dumps(finite(result), indent=1).encode())
     if page is not None:
         write_page(result, figures, page)
     return result
@@ -105,19 +105,19 @@ def _saved(figures: dict[str, Figure], out: Path) -> list[Path]:
     return paths
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
     """JSON knows no NaN."""
     if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
+        return {k: finite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(v) for v in value]
+        return [finite(v) for v in value]
     if isinstance(value, float) and value != value:
         return None
     return value
 
 
 @contextmanager
-def _progress(title: str) -> Generator[Callable[[int, int], object] | None]:
+def progress_bar(title: str) -> Generator[Callable[[int, int], object] | None]:
     """A bar on stderr where it is a terminal."""
     if not sys.stderr.isatty():
         yield None

@@ -1,0 +1,137 @@
+"""`sidestep evaluate`: ours and other navigators in the same seeded worlds, and whether predicted risks come true."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+FULL, QUICK = 200, 20
+CALIBRATION_FULL, CALIBRATION_QUICK = 2000, 60
+
+
+def evaluate(
+    *,
+    quick: bool = False,
+    conditions: str | None = None,
+    navigators: str | None = None,
+    episodes: int | None = None,
+    calibration: bool = False,
+    seed: int = 0,
+    workers: int | None = None,
+    engine: str = "joblib",
+    address: str | None = None,
+    out: Path = Path("results/evaluation"),
+    json: bool = False,
+) -> None:
+    """Run many episodes and print rates with exact intervals; finished pieces are kept and not run again.
+
+    Args:
+        quick: few episodes of few conditions and navigators.
+        conditions: comma-separated names; all by default.
+        navigators: comma-separated names; all that are installed by default.
+        episodes: per condition and navigator (or per kind of people, for the calibration).
+        calibration: compare predicted collision probabilities with realised frequencies instead.
+        seed: base of all seeds.
+        workers: processes; all cores by default.
+        engine: joblib (this machine) or ray (a cluster).
+        address: of the Ray cluster.
+        out: folder for results.json and finished pieces.
+        json: print one JSON object and nothing else.
+    """
+    import json as text
+
+    from sidestep.commands.console import emit_json, table
+    from sidestep.commands.reproduction import finite, progress_bar
+    from sidestep.io.files import ready_folder, written
+
+    folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
+    if calibration:
+        from sidestep.studies.calibration import calibration_study
+
+        count = episodes or (CALIBRATION_QUICK if quick else CALIBRATION_FULL)
+        with progress_bar("calibration") as tell:
+            found = calibration_study(episodes=count, seed=seed, workers=jobs, engine=engine, progress=tell)
+        result: dict[str, Any] = {"calibration": found}
+        rows = [[k, f"{v['ece']:.4f}", f"{v['brier']:.4f}", str(v["n"]), str(v["steps"])] for k, v in found.items()]
+        header = ("people", "expected calibration error", "Brier", "pairs", "steps")
+    else:
+        result = _compared(quick, conditions, navigators, episodes, seed, jobs, engine, address, folder)
+        rows = [_line(row) for row in result["conditions"]]
+        header = ("condition", "navigator", "n", "moving contacts", "99 % bound", "standing", "success", "time s")
+    with written(folder / ("calibration.json" if calibration else "results.json")) as file:
+        file.write(text.dumps(finite(result), indent=1).encode())
+    if json:
+        emit_json(result)
+        return
+    table(rows, header=header)
+    for name, why in result.get("skipped", []):
+        print(f"left out: {name} ({why})")
+
+
+def _compared(
+    quick: bool,
+    conditions: str | None,
+    navigators: str | None,
+    episodes: int | None,
+    seed: int,
+    jobs: int,
+    engine: str,
+    address: str | None,
+    folder: Path,
+) -> dict[str, Any]:
+    from importlib.util import find_spec
+
+    from sidestep.commands.reproduction import progress_bar
+    from sidestep.io.checkpoints import Checkpoints
+    from sidestep.studies.conditions import conditions as every_condition
+    from sidestep.studies.evaluate import evaluate as run
+    from sidestep.studies.evaluate_table import aims, condition_rows, price_of_unconcern
+    from sidestep.studies.opponents import contestants
+
+    peers = all(find_spec(name) is not None for name in ("pyrvo", "navground", "casadi"))
+    worlds, everybody = every_condition(), contestants()
+    skipped = [] if peers else [(n, "needs the extra [peers]") for n, c in everybody.items() if c.needs_peers]
+    chosen = (
+        conditions.split(",")
+        if conditions
+        else [n for n, c in worlds.items() if (peers or not c.needs_peers) and (c.quick or not quick)]
+    )
+    drivers = (
+        navigators.split(",")
+        if navigators
+        else [n for n, c in everybody.items() if (peers or not c.needs_peers) and (c.quick or not quick)]
+    )
+    with progress_bar("episodes") as tell:
+        found = run(
+            chosen,
+            drivers,
+            episodes=episodes or (QUICK if quick else FULL),
+            seed=seed,
+            workers=jobs,
+            engine=engine,
+            address=address,
+            store=Checkpoints(folder / "pieces"),
+            progress=tell,
+        )
+    rows = condition_rows(found)
+    return {
+        "conditions": rows,
+        "aims": aims(rows),
+        "price_of_unconcern": price_of_unconcern(found),
+        "skipped": [list(s) for s in skipped],
+    }
+
+
+def _line(row: dict[str, Any]) -> list[str]:
+    time = row["time_to_goal"]
+    return [
+        row["name"],
+        row["navigator"],
+        str(row["episodes"]),
+        f"{row['collision_moving']:.3f}",
+        f"{row['collision_moving_upper99']:.3f}",
+        f"{row['collision_standing']:.3f}",
+        f"{row['success']:.3f}",
+        "–" if time is None else f"{time:.2f}",
+    ]

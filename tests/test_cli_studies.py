@@ -1,0 +1,46 @@
+"""The commands of the studies: one JSON object, figures that exist, one line per mistake."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from sidestep.cli import BAD_INPUT, execute
+
+
+@pytest.mark.slow
+def test_evaluate_compares_navigators(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--conditions", "straight", "--navigators", "sidestep,stop-and-go", "--episodes", "2", "--workers", "1"]
+    assert execute(["evaluate", *options, "--out", str(tmp_path), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert [r["navigator"] for r in result["conditions"]] == ["sidestep", "stop-and-go"]
+    for row in result["conditions"]:
+        assert 0 <= row["collision_moving"] <= row["collision_moving_upper99"] <= 1
+    assert (tmp_path / "results.json").is_file()
+
+
+@pytest.mark.slow
+def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--calibration", "--episodes", "4", "--workers", "1", "--out", str(tmp_path), "--json"]
+    assert execute(["evaluate", *options]) == 0
+    found = json.loads(capsys.readouterr().out)["calibration"]
+    assert set(found) == {"in_model", "social_force", "goal_switch", "noise"}
+    assert all(0 <= kind["ece"] <= 1 and kind["n"] > 0 for kind in found.values())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "names"),
+    [
+        (["evaluate", "--conditions", "strait", "--out", "OUT"], "straight"),
+        (["reproduce", "--claims", "IV-A-shortr", "--out", "OUT"], "IV-A-shorter"),
+    ],
+)
+def test_a_misspelt_name_is_one_line_with_the_nearest(
+    arguments: list[str], names: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert execute([str(tmp_path) if a == "OUT" else a for a in arguments]) == BAD_INPUT
+    message = capsys.readouterr().err.strip()
+    assert names in message
+    assert "\n" not in message
