@@ -17,6 +17,8 @@ def evaluate(
     navigators: str | None = None,
     episodes: int | None = None,
     calibration: bool = False,
+    people: Path | None = None,
+    trips: int = 40,
     seed: int = 0,
     workers: int | None = None,
     engine: str = "joblib",
@@ -32,6 +34,9 @@ def evaluate(
         navigators: comma-separated names; all that are installed by default.
         episodes: per condition and navigator (or per kind of people, for the calibration).
         calibration: compare predicted collision probabilities with realised frequencies instead.
+        people: recorded people (CSV of tracks) instead: predictions against a fitted constant-velocity model, and trips
+            of the robot through people who do not react.
+        trips: of each navigator through the recorded people.
         seed: base of all seeds.
         workers: processes; all cores by default.
         engine: joblib (this machine) or ray (a cluster).
@@ -46,7 +51,12 @@ def evaluate(
     from sidestep.io.files import ready_folder, written
 
     folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
-    if calibration:
+    if people is not None:
+        result = _recorded(people, navigators, trips, seed, jobs, engine)
+        found = result["people"]["prediction"] + result["people"]["replay"]
+        rows = [[", ".join(f"{k} {_short(v)}" for k, v in row.items() if not isinstance(v, list))] for row in found]
+        header: tuple[str, ...] = ("recorded people",)
+    elif calibration:
         from sidestep.studies.calibration import calibration_study
 
         count = episodes or (CALIBRATION_QUICK if quick else CALIBRATION_FULL)
@@ -59,7 +69,7 @@ def evaluate(
         result = _compared(quick, conditions, navigators, episodes, seed, jobs, engine, address, folder)
         rows = [_line(row) for row in result["conditions"]]
         header = ("condition", "navigator", "n", "moving contacts", "99 % bound", "standing", "success", "time s")
-    with written(folder / ("calibration.json" if calibration else "results.json")) as file:
+    with written(folder / ("people.json" if people else "calibration.json" if calibration else "results.json")) as file:
         file.write(text.dumps(finite(result), indent=1).encode())
     if json:
         emit_json(result)
@@ -67,6 +77,21 @@ def evaluate(
     table(rows, header=header)
     for name, why in result.get("skipped", []):
         print(f"left out: {name} ({why})")
+
+
+def _recorded(file: Path, navigators: str | None, trips: int, seed: int, jobs: int, engine: str) -> dict[str, Any]:
+    from sidestep.commands.reproduction import progress_bar
+    from sidestep.human.model import HumanModel
+    from sidestep.io.tracks import read_recordings
+    from sidestep.studies.people_prediction import prediction_study
+    from sidestep.studies.people_replay import replay_study
+
+    with progress_bar("predictions") as tell:
+        prediction = prediction_study(read_recordings(file), HumanModel(), progress=tell)
+    drivers = (navigators or "sidestep,chance,stop-and-go").split(",")
+    with progress_bar("trips") as tell:
+        replay = replay_study(file, drivers, trips=trips, seed=seed, workers=jobs, engine=engine, progress=tell)
+    return {"people": {"prediction": prediction, "replay": replay}}
 
 
 def _compared(
@@ -121,6 +146,10 @@ def _compared(
         "price_of_unconcern": price_of_unconcern(found),
         "skipped": [list(s) for s in skipped],
     }
+
+
+def _short(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _line(row: dict[str, Any]) -> list[str]:

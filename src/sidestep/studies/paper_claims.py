@@ -81,6 +81,12 @@ def below(values: FloatArray, limit: float, quantity: str, **detail: Any) -> Fin
     return Finding(measured=middle, interval=(low, high), n=n, verdict=verdict, quantity=quantity, detail=detail)
 
 
+def _ratios(values: FloatArray, base: FloatArray) -> FloatArray:
+    """Values / base, seed by seed; two zeros (an index that vanishes in both) are a ratio of 1."""
+    tiny = 1e-6
+    return (values + tiny) / (base + tiny)
+
+
 def worst(*findings: Finding) -> Finding:
     """Return the finding that is farthest from holding: a claim about several quantities holds where all of them do."""
     order = {"does not hold": 0, "undecided": 1, "holds": 2}
@@ -121,7 +127,7 @@ def _falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
     for name in ("PI_R", "PI_T"):
         first = points.column(point(parameters, rule, 1, 0), name + index)
         last = points.column(point(parameters, rule, 7, 0), name + index)
-        parts.append(below(last / first, STRONG, f"{name}{index}(N = 7) / {name}{index}(N = 1), N_H = 0"))
+        parts.append(below(_ratios(last, first), STRONG, f"{name}{index}(N = 7) / {name}{index}(N = 1), N_H = 0"))
     return worst(*parts)
 
 
@@ -129,8 +135,8 @@ def _flat(points: Points, parameters: str, rule: str, index: str) -> Finding:
     human = [points.column(point(parameters, rule, n, 0), "PI_H" + index) for n in (1, 7)]
     total = [points.column(point(parameters, rule, n, 0), "PI_T" + index) for n in (4, 10)]
     return worst(
-        _hardly_changes(human[1] / human[0], f"PI_H{index}(N = 7) / PI_H{index}(N = 1), N_H = 0"),
-        _hardly_changes(total[1] / total[0], f"PI_T{index}(N = 10) / PI_T{index}(N = 4), N_H = 0"),
+        _hardly_changes(_ratios(human[1], human[0]), f"PI_H{index}(N = 7) / PI_H{index}(N = 1), N_H = 0"),
+        _hardly_changes(_ratios(total[1], total[0]), f"PI_T{index}(N = 10) / PI_T{index}(N = 4), N_H = 0"),
     )
 
 
@@ -162,8 +168,10 @@ def _optimum(points: Points, parameters: str, rule: str, index: str) -> Finding:
 def _human_falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
     curves = {n: points.column(point(parameters, rule, n, n), "PI_H" + index) for n in HORIZONS}
     best = min(HORIZONS, key=lambda n: float(np.median(curves[n])))
-    fall = below(curves[best] / curves[1], STRONG, f"PI_H{index}(N = {best}) / PI_H{index}(N = 1), N_H = N_R")
-    rise = below(curves[10] / curves[best], NARROW[1], f"PI_H{index}(N = 10) / PI_H{index}(N = {best}), N_H = N_R")
+    fall = below(_ratios(curves[best], curves[1]), STRONG, f"PI_H{index}(N = {best}) / PI_H{index}(N = 1), N_H = N_R")
+    rise = below(
+        _ratios(curves[10], curves[best]), NARROW[1], f"PI_H{index}(N = 10) / PI_H{index}(N = {best}), N_H = N_R"
+    )
     return worst(fall, rise)
 
 
@@ -215,7 +223,7 @@ def _told_apart(points: Points, parameters: str, rule: str, index: str) -> Findi
 def _ratio(points: Points, parameters: str, rule: str, index: str) -> Finding:
     careless = points.column(lab(parameters, rule, "unconcerned"), "PI_R" + index)
     careful = points.column(lab(parameters, rule, "concerned"), "PI_R" + index)
-    found = below(-careless / np.maximum(careful, 1e-9), -1.0, f"PI_R{index} unconcerned / concerned")
+    found = below(-_ratios(careless, careful), -1.0, f"PI_R{index} unconcerned / concerned")
     low, high = found.interval
     return Finding(
         measured=-found.measured, interval=(-high, -low), n=found.n, verdict=found.verdict, quantity=found.quantity
