@@ -223,7 +223,10 @@ def _told_apart(points: Points, parameters: str, rule: str, index: str) -> Findi
 def _ratio(points: Points, parameters: str, rule: str, index: str) -> Finding:
     careless = points.column(lab(parameters, rule, "unconcerned"), "PI_R" + index)
     careful = points.column(lab(parameters, rule, "concerned"), "PI_R" + index)
-    found = below(-_ratios(careless, careful), -1.0, f"PI_R{index} unconcerned / concerned")
+    if index:  # the offset of a robot that need not deviate is 0, and there is no ratio to it
+        found = below(careful - careless, 0.0, f"PI_R{index} unconcerned less concerned, m")
+    else:
+        found = below(-_ratios(careless, careful), -1.0, "PI_R unconcerned / concerned")
     low, high = found.interval
     return Finding(
         measured=-found.measured, interval=(-high, -low), n=found.n, verdict=found.verdict, quantity=found.quantity

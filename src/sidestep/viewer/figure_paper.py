@@ -70,7 +70,7 @@ def indices_figure(curves: Mapping[str, Mapping[str, Band]], horizons: Sequence[
     Args:
         curves: index → name of the curve → band; horizons: of its points; unit: of the indices.
     """
-    figure = new_figure(9.0, 3.2)
+    figure = new_figure(9.0, 3.6)
     for axes, (index, named) in zip(figure.subplots(1, len(curves)), curves.items(), strict=True):
         for i, (name, (middle, low, high)) in enumerate(named.items()):
             colour = (ROBOT, *PEOPLE)[i]
@@ -83,7 +83,7 @@ def indices_figure(curves: Mapping[str, Mapping[str, Band]], horizons: Sequence[
         axes.set_ylim(bottom=0)
         axes.set_xticks(list(horizons)[1::2])
     figure.legend(
-        *figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=SMALL, frameon=False
+        *figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, fontsize=SMALL, frameon=False
     )
     return figure
 
