@@ -63,13 +63,13 @@ def show_tables(result: dict[str, Any]) -> None:
 
 def draw(result: dict[str, Any], out: Path) -> list[str]:
     """Write results.json and the figures; their paths."""
-    from sidestep.commands.reproduction import finite
+    from sidestep.commands.console import plain
     from sidestep.io.files import ready_folder, written
     from sidestep.viewer.figure_bench import growth_figure, horizon_figure
 
     folder = ready_folder(out)
     with written(folder / "results.json") as file:
-        file.write(json.dumps(finite(result), indent=1).encode())
+        file.write(json.dumps(plain(result), indent=1).encode())
     peers = {name: p["median_ms"] for name, p in result["peers"].items()}
     floors = {int(n.partition("= ")[2]): f["floor_ms"] for n, f in result["floors"].items()}
     figures = {

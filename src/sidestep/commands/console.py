@@ -11,7 +11,7 @@ from typing import Any
 
 def emit_json(data: Mapping[str, Any]) -> None:
     """Print exactly one JSON object on stdout; what is not a number there becomes null."""
-    sys.stdout.write(json.dumps(_plain(data), allow_nan=False) + "\n")
+    sys.stdout.write(json.dumps(plain(data), allow_nan=False) + "\n")
     sys.stdout.flush()
 
 
@@ -39,13 +39,14 @@ def table(rows: Iterable[Sequence[str]], *, title: str = "", header: Sequence[st
     Console(highlight=False).print(grid, markup=False)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return what JSON can hold: lists for arrays and tuples, null for what is not a finite number."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
+        return [plain(inner) for inner in value]
     if hasattr(value, "tolist"):  # numpy arrays and scalars
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

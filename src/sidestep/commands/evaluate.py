@@ -46,8 +46,8 @@ def evaluate(
     """
     import json as text
 
-    from sidestep.commands.console import emit_json, table
-    from sidestep.commands.reproduction import finite, progress_bar
+    from sidestep.commands.console import emit_json, plain, table
+    from sidestep.commands.reproduction import progress_bar
     from sidestep.io.files import ready_folder, written
 
     folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
@@ -70,7 +70,7 @@ def evaluate(
         rows = [_line(row) for row in result["conditions"]]
         header = ("condition", "navigator", "n", "moving contacts", "99 % bound", "standing", "success", "time s")
     with written(folder / ("people.json" if people else "calibration.json" if calibration else "results.json")) as file:
-        file.write(text.dumps(finite(result), indent=1).encode())
+        file.write(text.dumps(plain(result), indent=1).encode())
     if json:
         emit_json(result)
         return

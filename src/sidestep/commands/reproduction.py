@@ -25,6 +25,7 @@ def make(
     *, quick: bool, claims: str | None, out: Path, workers: int | None, page: Path | None, data: Path | None
 ) -> dict[str, Any]:
     """Return the results as they go into JSON; arguments as for the command."""
+    from sidestep.commands.console import plain
     from sidestep.commands.reproduce import FULL_SEEDS, QUICK_SEEDS, SWEEP_SEEDS
     from sidestep.commands.reproduction_figures import draw
     from sidestep.commands.reproduction_page import write_page
@@ -60,7 +61,7 @@ def make(
         "quick": quick,
     }
     with written(out / "results.json") as file:
-        file.write(json.dumps(finite(result), indent=1).encode())
+        file.write(json.dumps(plain(result), indent=1).encode())
     if page is not None:
         write_page(result, figures, page)
     return result
@@ -103,17 +104,6 @@ def _saved(figures: dict[str, Figure], out: Path) -> list[Path]:
             with written(paths[-1]) as file:
                 figure.savefig(file, format=kind, dpi=200)
     return paths
-
-
-def finite(value: Any) -> Any:
-    """JSON knows no NaN."""
-    if isinstance(value, dict):
-        return {k: finite(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(v) for v in value]
-    if isinstance(value, float) and value != value:
-        return None
-    return value
 
 
 @contextmanager

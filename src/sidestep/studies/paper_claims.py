@@ -11,6 +11,7 @@ from scipy.stats import binom
 
 from sidestep.studies.paper import HORIZONS, LAB_HORIZON, Points
 from sidestep.studies.paper_points import Setting
+from sidestep.studies.statistics import clopper_pearson
 from sidestep.types import FloatArray
 
 NARROW = (0.8, 1.25)  # ratios within count as "hardly changes"
@@ -62,15 +63,6 @@ def median_interval(values: FloatArray) -> tuple[float, float, float]:
         return float("nan"), float("nan"), float("nan")
     low = int(binom.ppf(0.025, n, 0.5))
     return float(np.median(x)), float(x[max(low - 1, 0)]), float(x[min(n - low, n - 1)])
-
-
-def share_interval(successes: int, n: int) -> tuple[float, float, float]:
-    """Return a share and its exact 95 % (Clopper–Pearson) interval."""
-    from scipy.stats import beta
-
-    low = 0.0 if successes == 0 else float(beta.ppf(0.025, successes, n - successes + 1))
-    high = 1.0 if successes == n else float(beta.ppf(0.975, successes + 1, n - successes))
-    return successes / n, low, high
 
 
 def below(values: FloatArray, limit: float, quantity: str, **detail: Any) -> Finding:
@@ -181,7 +173,8 @@ def _safety(points: Points, parameters: str, rule: str, index: str) -> Finding:
     runs = [points.column(point(parameters, rule, n, n), "max_collision_probability") for n in HORIZONS]
     uncertified = [points.column(point(parameters, rule, n, n), "uncertified") for n in HORIZONS]
     good = np.concatenate(runs) <= limit + 1e-9
-    share, low, high = share_interval(int(good.sum()), good.size)
+    share = float(good.mean())
+    low, high = clopper_pearson(int(good.sum()), good.size, 0.95)
     verdict = "holds" if share == 1.0 else "does not hold" if high < 1.0 else "undecided"
     return Finding(
         measured=share,
@@ -207,7 +200,8 @@ def _told_apart(points: Points, parameters: str, rule: str, index: str) -> Findi
     concerned = points.column(lab(parameters, rule, "concerned"), "belief_at_closest") > 0.9
     unconcerned = points.column(lab(parameters, rule, "unconcerned"), "belief_at_closest") < 0.1
     right = np.concatenate([concerned, unconcerned])
-    share, low, high = share_interval(int(right.sum()), right.size)
+    share = float(right.mean())
+    low, high = clopper_pearson(int(right.sum()), right.size, 0.95)
     verdict = "holds" if low >= TOLD_APART else "does not hold" if high < TOLD_APART else "undecided"
     steps = [points.column(lab(parameters, rule, h), "steps_to_identify") for h in ("concerned", "unconcerned")]
     return Finding(
