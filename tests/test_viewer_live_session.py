@@ -14,7 +14,7 @@ from made_records import made_record
 from scripted_navigators import Blind, Pondering
 from sidestep.errors import InvalidInput
 from sidestep.io.records import read_record, write_record
-from sidestep.io.scenarios import load_scenario, shipped_names
+from sidestep.io.scenarios import load_obstacles, load_scenario, shipped_names
 from sidestep.simulation.metrics import measure
 from sidestep.viewer.live import messages, stage
 from sidestep.viewer.live.replay import Replay
@@ -330,3 +330,25 @@ def test_a_bad_setting_leaves_a_visit_as_it_was():
     with pytest.raises(InvalidInput):
         visit.change("scenario", "nowhere")
     assert visit.settings == LiveSettings()
+
+
+def test_a_map_file_stops_the_visitor_and_is_drawn(tmp_path):
+    cells = np.full((60, 80), 254, dtype=np.uint8)
+    cells[20:40, 38:42] = 0  # x −0.2 … 0.2 m, y −1 … 1 m
+    (tmp_path / "room.pgm").write_bytes(b"P5 80 60 255\n" + cells.tobytes())
+    (tmp_path / "room.yaml").write_text(
+        "image: room.pgm\nresolution: 0.1\norigin: [-4, -3, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    (tmp_path / "room.toml").write_text(
+        'map = "room.yaml"\n[robot]\nstart = [-3.0, 2.0]\ngoal = [3.0, 2.0]\n[[people]]\nkind = "concerned"\n'
+        "start = [2.0, 0.0]\n"
+    )
+    settings = LiveSettings(scenario=str(tmp_path / "room.toml"))
+    session = Session(load=load_scenario, settings=settings, choose=_choose, walls=load_obstacles)
+    _say(session, type="walk", direction=[-1, 0], hurry=True)
+    said = _run(session, 3.0)
+    (wall,) = said["scene"][0]["walls"]
+    assert np.ptp(wall, axis=0) == pytest.approx([0.4, 2.0])
+    x0, y0, x1, y1 = said["scene"][0]["bounds"]
+    assert (x0, y0, x1, y1) == pytest.approx((-5.5, -4.5, 5.5, 4.5))  # the whole map, and some floor around
+    assert said["frame"][-1]["panels"][0]["people"][0][0] == pytest.approx(0.2 + session.visitor.radius, abs=0.11)

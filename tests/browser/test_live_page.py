@@ -7,6 +7,7 @@ import urllib.error
 import urllib.request
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 
 from conftest import RESULTS, Server
@@ -16,6 +17,7 @@ from sidestep.io.records import read_record
 def _choose(tab, setting, option):
     tab.page.locator(f"[data-setting={setting}]").first.click()
     tab.page.get_by_role("option", name=option).click()
+    tab.page.wait_for_function("document.activeElement.id === 'scene'")  # and the keys walk again
 
 
 def test_a_newcomer_sees_the_robot_move_and_is_told_who_they_are(visit):
@@ -167,7 +169,44 @@ def test_simulated_people_share_the_floor(visit):
     start = tab.time()
     tab.until(f"f.time > {start + 3}")
     tab.picture("six-others")
+    assert tab.page.locator("[data-setting=people]").get_attribute("aria-valuenow") == "6"
     assert tab.panel()["contacts"][0] == 0
+
+
+@pytest.mark.parametrize("name", ["office", "doorway", "blind-corner", "crowd"])
+def test_walls_and_crowds_of_scenarios(visit, name):
+    tab = visit()
+    _choose(tab, "scenario", name)
+    tab.page.wait_for_function(f"window.sidestep.world.name === '{name}'")
+    tab.until("f.time > 3", seconds=120)
+    tab.picture(f"scenario-{name}")
+    assert tab.panel()["contacts"][0] == 0
+
+
+def test_a_map_file_of_ros_is_walked_in(browser, visit, tmp_path):
+    """A scenario of one's own whose walls are a map_server file; a wall stops the visitor."""
+    cells = np.full((60, 80), 254, dtype=np.uint8)
+    cells[[0, -1]] = cells[:, [0, -1]] = cells[20:40, 38:42] = 0
+    (tmp_path / "room.pgm").write_bytes(b"P5 80 60 255\n" + cells.tobytes())
+    (tmp_path / "room.yaml").write_text(
+        "image: room.pgm\nresolution: 0.1\norigin: [-4, -3, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    (tmp_path / "room.toml").write_text(
+        'map = "room.yaml"\n[robot]\nstart = [-3.0, 0.0]\ngoal = [3.0, 0.0]\n[[people]]\nkind = "concerned"\n'
+        "start = [2.0, 0.0]\ngoal = [-3.0, 1.0]\n"
+    )
+    running = Server("--scenario", tmp_path / "room.toml")
+    try:
+        tab = visit(address=running.address)
+        tab.page.keyboard.down("ArrowLeft")
+        tab.until("f.time > 3")
+        tab.picture("scenario-map")
+        tab.page.keyboard.up("ArrowLeft")
+        assert tab.panel()["people"][0][0] >= 0.2 + 0.25
+        assert len(tab.page.evaluate("window.sidestep.world.walls")) >= 5
+        assert tab.panel()["contacts"][0] == 0
+    finally:
+        assert "Traceback" not in running.stop()
 
 
 def test_a_record_is_kept_opened_and_scrubbed(visit, tmp_path):

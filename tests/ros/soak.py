@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from stack import Stack, free_port, message
+from stack import COLD, Stack, free_port, message
 
 from sidestep.ros.station import Station
 
@@ -52,7 +52,7 @@ def soak(dialect: int, seconds: float, eyes: str) -> dict:
         remote = {"enabled": True, "port": port, "link_timeout": 30.0}
         stack.start_node({"node": {"people_from": source, "remote": remote, "timeout": 5.0}})
         stack.order(do="reset", eyes=eyes)
-        stack.until(lambda told: "waiting for a station" in message(told), "it does not get ready")
+        stack.until(lambda told: "waiting for a station" in message(told), "it does not get ready", COLD)
         station = Station(port=port)
         began, goals = time.monotonic(), itertools.cycle(((4.0, 0.0), (0.0, 0.0)))
         last: dict = {}

@@ -19,6 +19,7 @@ from typing import Any
 HERE = Path(__file__).parent
 PROJECT = HERE.parents[1]
 PATIENCE = 120.0  # s; bounds a wait on a busy machine, promises nothing
+COLD = 900.0  # s; the same where a node may have to compile its kernels first
 
 BASE = {
     "robot": {"kind": "differential", "max_speed": 0.6, "radius": 0.18, "goal_tolerance": 0.25},
@@ -146,12 +147,12 @@ class Stack:
         self.order(do="enable", on=True)
         self.have_node(parameters)
         self.until(
-            lambda told: told.get("diagnostics") and "no odom" not in message(told), "the node does not get ready"
+            lambda told: told.get("diagnostics") and "no odom" not in message(told), "the node does not get ready", COLD
         )
         self.order(do="people", people=list(people))
         self.order(do="goal", at=[4.0, 0.0])
         asked = time.monotonic()
-        for told in self.watch(PATIENCE):
+        for told in self.watch(COLD):
             if moving(told):
                 return
             if time.monotonic() - asked > 5.0 and "no goal" in message(told):  # sent before the node was discovered

@@ -66,7 +66,7 @@ def _shelf(scenario: str) -> Shelf:
 
     from sidestep.errors import UnknownName
     from sidestep.io.records import read_record, write_record
-    from sidestep.io.scenarios import load_scenario, shipped_names
+    from sidestep.io.scenarios import load_obstacles, load_scenario, shipped_names
     from sidestep.viewer.live.server import Shelf
 
     offered = tuple(dict.fromkeys([scenario, *shipped_names()]))
@@ -78,7 +78,7 @@ def _shelf(scenario: str) -> Shelf:
         return load_scenario(name)
 
     flat = tuple(name for name in offered if name == scenario or load(name).dimension == 2)
-    return Shelf(scenarios=flat, load=load, read_record=read_record, write_record=write_record)
+    return Shelf(scenarios=flat, load=load, walls=load_obstacles, read_record=read_record, write_record=write_record)
 
 
 def _open(address: str) -> None:

@@ -28,6 +28,12 @@ IGNORES = {
 RATES = {2: "twice a second", 5: "5 times a second", 10: "10 times a second"}
 
 
+class Bar(ui.slider):
+    """A slider that moves at once, not when the server has answered: keys pressed in a row all count."""
+
+    LOOPBACK = False
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slide:
     """One slider: setting, label, range, and how a value is written."""
@@ -94,7 +100,7 @@ class Controls:
         with ui.element("section").classes("card"):
             ui.html("<h2>The world</h2>", sanitize=False)
             with ui.element("div").classes("controls"):
-                self._choice("scenario", "Scenario", {name: name for name in self.scenarios})
+                self._choice("scenario", "Scenario", {name: _short(name) for name in self.scenarios})
                 people = Slide(
                     name="people", label="Other people", hint="simulated", low=0, high=12, step=1,
                     write=lambda v: f"{v:.0f}", to=int,
@@ -114,7 +120,7 @@ class Controls:
     def _slide(self, slide: Slide, value: float) -> None:
         with ui.element("div").classes("control"):
             ui.label(slide.label).tooltip(slide.hint)
-            bar = ui.slider(min=slide.low, max=slide.high, step=slide.step, value=value)
+            bar = Bar(min=slide.low, max=slide.high, step=slide.step, value=value)
             bar.props(f'dense color=none aria-label="{slide.label}, {slide.hint}" data-setting={slide.name}')
             out = ui.element("output")
             with out:
@@ -149,6 +155,11 @@ class Controls:
             return
         if name == "scenario":
             self.cards.refresh()
+
+
+def _short(scenario: str) -> str:
+    """A shipped scenario's name; of a file, its name without the folder."""
+    return scenario.rpartition("/")[2].removesuffix(".toml")
 
 
 def _log10(value: float) -> float:

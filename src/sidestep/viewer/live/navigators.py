@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.simulation.assembly import planner_of, walls_of
+from sidestep.simulation.assembly import planner_of
 from sidestep.simulation.loop import Navigator
 from sidestep.simulation.navigators import Trip
+from sidestep.simulation.outlines import outlines
 from sidestep.simulation.scenario import Scenario
 from sidestep.viewer.live.stage import ignoring
 
@@ -31,15 +32,15 @@ def navigator_of(name: str, scenario: Scenario, obstacles: Any) -> Navigator:
     if name == "cv_mpc":
         from sidestep.simulation.peers_mpc import ConstantVelocityMpc
 
-        return ConstantVelocityMpc(_trip(scenario))
+        return ConstantVelocityMpc(_trip(scenario, obstacles))
     if name == "orca":
         from sidestep.simulation.peers_orca import Orca
 
-        return Orca(_trip(scenario))
+        return Orca(_trip(scenario, obstacles))
     return planner_of(ignoring(scenario, name), obstacles)  # pyright: ignore[reportArgumentType]
 
 
-def _trip(scenario: Scenario) -> Trip:
+def _trip(scenario: Scenario, obstacles: Any) -> Trip:
     return Trip(
         goal=np.array(scenario.robot.goal),
         max_speed=scenario.robot.max_speed,
@@ -48,5 +49,5 @@ def _trip(scenario: Scenario) -> Trip:
         clearance=scenario.clearance,
         risk_limit=scenario.planner.risk_limit,
         time_step=scenario.period,
-        walls=walls_of(scenario),
+        walls=outlines(obstacles),
     )

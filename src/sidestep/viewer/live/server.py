@@ -13,9 +13,8 @@ from typing import Any
 
 from sidestep.errors import InvalidInput, MissingExtra
 from sidestep.simulation.record import Record
-from sidestep.simulation.scenario import Scenario
 from sidestep.viewer.live import messages
-from sidestep.viewer.live.session import Session
+from sidestep.viewer.live.session import Load, Session, Walls
 from sidestep.viewer.live.settings import LiveSettings
 
 LOOPBACK = "127.0.0.1"
@@ -30,12 +29,14 @@ class Shelf:
     Attributes:
         scenarios: names that a visitor may choose from.
         load: name → scenario.
+        walls: scenario → its walls, from polygons and map file.
         read_record: path → record.
         write_record: (record, path) → path.
     """
 
     scenarios: tuple[str, ...]
-    load: Callable[[str], Scenario]
+    load: Load
+    walls: Walls
     read_record: Callable[[Path], Record]
     write_record: Callable[[Record, Path], Path]
 
@@ -99,7 +100,7 @@ def warm_up(shelf: Shelf, settings: LiveSettings, *, steps: int) -> None:
     Raises:
         InvalidInput: the scenario does not exist, or is not flat.
     """
-    session = Session(load=shelf.load, settings=settings)
+    session = Session(load=shelf.load, settings=settings, walls=shelf.walls)
     session.post(messages.Walk(type="walk", direction=(1.0, 0.0)))
     for _ in range(steps):
         session.tick()
@@ -116,7 +117,7 @@ def build(shelf: Shelf, *, settings: LiveSettings, record: Record | None, host: 
     from sidestep.viewer.live.stream import routes
     from sidestep.viewer.live.visits import Visits
 
-    visits = Visits(load=shelf.load, settings=settings, record=record)
+    visits = Visits(load=shelf.load, settings=settings, record=record, walls=shelf.walls)
     workers = ThreadPoolExecutor(max_workers=WORKERS, thread_name_prefix="sidestep-live")
     application = FastAPI(title="sidestep", docs_url=None, redoc_url=None, openapi_url=None)
     application.include_router(routes(visits, workers))

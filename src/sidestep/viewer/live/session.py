@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sidestep.errors import SidestepError
 from sidestep.simulation.assembly import obstacles_of
 from sidestep.simulation.loop import Navigator
+from sidestep.simulation.outlines import outlines
 from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario
 from sidestep.viewer.live import messages, stage
@@ -21,11 +22,15 @@ from sidestep.viewer.live.visitor import Visitor
 from sidestep.viewer.live.wire import Packet, numbers, text
 from sidestep.viewer.live.world import World
 
+if TYPE_CHECKING:
+    from sidestep.obstacles import Obstacles
+
 PAUSE_AT_GOAL = 1.5  # s between the last robot's arrival and the way back
 MOST_WAITING = 256  # messages kept between two steps; a flood beyond that is dropped
 YOUNG = 2.0  # s; a trip younger than this is not worth a record while there is an older one
 
 Load = Callable[[str], Scenario]
+Walls = Callable[[Scenario], "Obstacles | None"]
 Choose = Callable[[str, Scenario, Any], Navigator]
 """(name of a planner, scenario of one trip, walls) → navigator."""
 
@@ -40,10 +45,17 @@ class Session:
         settings: to begin with.
         seed: of simulated people and their places.
         choose: makes the planners.
+        walls: scenario → its walls; the default knows polygons only, no map files.
     """
 
     def __init__(
-        self, *, load: Load, settings: LiveSettings | None = None, seed: int = 0, choose: Choose = navigator_of
+        self,
+        *,
+        load: Load,
+        settings: LiveSettings | None = None,
+        seed: int = 0,
+        choose: Choose = navigator_of,
+        walls: Walls = obstacles_of,
     ) -> None:
         self.settings = settings or LiveSettings()
         self.running = True
@@ -51,6 +63,7 @@ class Session:
         self.pace = 1.0
         self._load = load
         self._choose = choose
+        self._walls = walls
         self._seed = seed
         self._inbox: deque[messages.Message | LiveSettings] = deque(maxlen=MOST_WAITING)
         self._steps = 0
@@ -104,7 +117,7 @@ class Session:
             mode="live",
             name=s.name,
             bounds=list(self._bounds),
-            walls=[numbers(np.array(wall)) for wall in s.walls],
+            walls=[numbers(wall) for wall in outlines(self._obstacles)],
             panels=[{"title": world.title, "radius": s.robot.radius, "kind": s.robot.kind} for world in self.worlds],
             people=[{"id": name, "radius": radius, "you": name == Visitor.id} for name, radius in radii],
             limit=s.planner.risk_limit,
@@ -177,8 +190,8 @@ class Session:
         """Everybody at the start; on trouble the old world stays."""
         source = self._load(settings.scenario)
         scenario = stage.with_settings(source, settings)
-        obstacles: Any = obstacles_of(scenario)
-        bounds = stage.bounds_of(source)
+        obstacles = self._walls(source)
+        bounds = stage.bounds_of(source, obstacles)
         generator = np.random.Generator(np.random.PCG64(self._seed))
 
         def free(point: Any) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.settings import PersonSettings
 from sidestep.types import FloatArray, VectorLike
 from sidestep.viewer.live.settings import Ignores, LiveSettings
+
+if TYPE_CHECKING:
+    from sidestep.obstacles import Obstacles
 
 CONTROL_STEP = 0.05  # s: twenty frames a second
 VISITOR = "visitor"  # the kind of person whom the visitor steers
@@ -34,8 +37,6 @@ def with_settings(scenario: Scenario, settings: LiveSettings) -> Scenario:
     """
     if scenario.dimension != 2:
         raise InvalidInput("live.scenario", scenario.name, "a scenario in 2-D", "choose another one")
-    if scenario.map is not None:
-        raise InvalidInput("live.scenario", scenario.name, "walls as polygons", "the page cannot draw a map file yet")
     data = scenario.settings()
     data["control_step"], data["planning_period"] = CONTROL_STEP, 1.0 / settings.planning_rate
     data["duration"], data["recording"], data["people"] = LONGEST_TRIP, None, []
@@ -64,13 +65,14 @@ def ignoring(scenario: Scenario, ignores: Ignores) -> Scenario:
     return scenario.model_copy(update={"human": replace(scenario.human, **changes)})
 
 
-def bounds_of(scenario: Scenario) -> Bounds:
-    """Return the floor (x0, y0, x1, y1) m: everything in the scenario, and some room around."""
+def bounds_of(scenario: Scenario, obstacles: Obstacles | None) -> Bounds:
+    """Return the floor (x0, y0, x1, y1) m: everything in the scenario and its walls, and some room around."""
     points: list[VectorLike] = [scenario.robot.start, scenario.robot.goal]
     for person in scenario.people:
         points += [person.start, *([] if person.goal is None else [person.goal])]
-    for wall in scenario.walls:
-        points += list(wall)
+    if obstacles is not None:
+        x0, y0, x1, y1 = obstacles.bounds
+        points += [(x0, y0), (x1, y1)]
     return around(np.array(points, dtype=np.float64))
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable
 
 from sidestep.errors import InvalidInput
+from sidestep.simulation.assembly import obstacles_of
 from sidestep.simulation.record import Record
-from sidestep.simulation.scenario import Scenario
 from sidestep.viewer.live import stage
 from sidestep.viewer.live.replay import Replay
-from sidestep.viewer.live.session import Session
+from sidestep.viewer.live.session import Load, Session, Walls
 from sidestep.viewer.live.settings import LiveSettings
 
 MOST_VISITORS = 32  # worlds at the same time
@@ -23,14 +22,18 @@ class Visit:
         load: name → scenario.
         settings: to begin with.
         record: shown instead of a live world; None: a live world.
+        walls: scenario → its walls.
     """
 
-    def __init__(self, *, load: Callable[[str], Scenario], settings: LiveSettings, record: Record | None) -> None:
+    def __init__(
+        self, *, load: Load, settings: LiveSettings, record: Record | None, walls: Walls = obstacles_of
+    ) -> None:
         self.settings = settings
         self.trouble = ""
         self.malformed = 0
         self.connections = 0
         self._load = load
+        self._walls = walls
         self._record = record
         self.world: Session | Replay | None = None
 
@@ -94,14 +97,16 @@ class Visit:
     def _make(self) -> Session | Replay:
         if self._record is not None:
             return Replay(self._record)
-        return Session(load=self._load, settings=self.settings, seed=secrets.randbelow(2**31))
+        return Session(load=self._load, settings=self.settings, seed=secrets.randbelow(2**31), walls=self._walls)
 
 
 class Visits:
     """All open pages, by a token that only the page itself knows."""
 
-    def __init__(self, *, load: Callable[[str], Scenario], settings: LiveSettings, record: Record | None) -> None:
-        self._load, self._settings, self._record = load, settings, record
+    def __init__(
+        self, *, load: Load, settings: LiveSettings, record: Record | None, walls: Walls = obstacles_of
+    ) -> None:
+        self._load, self._walls, self._settings, self._record = load, walls, settings, record
         self._visits: dict[str, Visit] = {}
 
     def __len__(self) -> int:
@@ -117,7 +122,7 @@ class Visits:
         if self.worlds >= MOST_VISITORS:
             return None
         token = secrets.token_urlsafe(16)
-        self._visits[token] = Visit(load=self._load, settings=self._settings, record=self._record)
+        self._visits[token] = Visit(load=self._load, settings=self._settings, record=self._record, walls=self._walls)
         return token
 
     def get(self, token: str) -> Visit | None:

@@ -52,7 +52,7 @@ def arrived(seconds: float, *, back: bool = True) -> str:
 def describe(s: Situation) -> str:
     """Return the line for `s`."""
     if s.distance is None or s.distance > FAR:
-        return "Nobody is near: straight to the goal."
+        return "Nobody is near: on the way to the goal."
     if s.distance < s.contact:
         return _touching(s)
     if s.status == "stopped":

@@ -17,8 +17,20 @@ const ROWS = [
     key: "distance", title: "Distance", range: () => [0, 4], ticks: [0, 2, 4], tick: (v) => `${v} m`, value: (v) => `${v.toFixed(2)} m`,
     limit: (world) => [world.clearance, "keep"],
   },
-  { key: "ms", title: "Thinking time per step", range: (top) => [0, nice(top)], ticks: null, tick: (v) => `${v} ms`, value: (v) => `${v.toFixed(1)} ms` },
+  { key: "ms", title: "Thinking time per step", range: (values) => [0, nice(usual(values))], ticks: null, tick: milliseconds, value: (v) => `${v.toFixed(1)} ms` },
 ];
+
+// The largest value, without a few that stand far out (a first step, say): those are cut off at the top.
+function usual(values) {
+  const sorted = [...values].sort((a, b) => a - b);
+  const largest = sorted.at(-1) ?? 0;
+  const most = sorted[Math.floor(0.8 * (sorted.length - 1))] ?? 0;
+  return Math.min(largest, 4 * most);
+}
+
+function milliseconds(v) {
+  return v >= 1000 ? `${v / 1000} s` : `${v} ms`;
+}
 
 function nice(top) {
   for (const step of [2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]) if (top <= step) return step;
@@ -79,7 +91,7 @@ export class Charts {
     ctx.clearRect(0, 0, width, height);
     const map = row.map ?? ((v) => v);
     const values = this.series.flat().map((s) => s[row.key]).filter((v) => v !== null && v !== undefined);
-    const range = row.range(values.reduce((a, b) => Math.max(a, b), 0));
+    const range = row.range(values);
     const plot = { x: 44, y: 5, width: width - 50, height: height - 10 };
     const at = (t, v) => [
       plot.x + (plot.width * (t - span[0])) / (span[1] - span[0]),

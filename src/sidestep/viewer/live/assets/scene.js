@@ -70,6 +70,7 @@ export class Scene {
     this.size = size;
     this.canvas.width = Math.round(box.width * ratio);
     this.canvas.height = Math.round(box.height * ratio);
+    this.outlines = [];
     const count = this.world.panels.length;
     const across = box.width >= box.height;
     this.views = this.world.panels.map((_, i) => {
@@ -82,7 +83,7 @@ export class Scene {
     this.drawGround(ratio);
   }
 
-  // What does not move is drawn once: floor, one dot per metre, walls, scale.
+  // What does not move is drawn once: floor, one dot per metre, scale.
   drawGround(ratio) {
     this.ground.width = this.canvas.width;
     this.ground.height = this.canvas.height;
@@ -120,14 +121,14 @@ export class Scene {
         ctx.fillRect(u - 1, v - 1, 2, 2);
       }
     }
-    ctx.fillStyle = this.colours.wall;
-    for (const wall of this.world.walls) {
-      ctx.beginPath();
-      wall.forEach(([x, y], i) => (i ? ctx.lineTo(...view.point(x, y)) : ctx.moveTo(...view.point(x, y))));
-      ctx.closePath();
-      ctx.fill();
-    }
     this.drawScale(ctx, part, view);
+  }
+
+  // Over what is predicted: nobody is expected inside a wall, and a blurred picture of it must not look so.
+  drawWalls(view, i) {
+    const walls = (this.outlines[i] ??= outline(this.world.walls, view));
+    this.ctx.fillStyle = this.colours.wall;
+    this.ctx.fill(walls);
   }
 
   drawScale(ctx, part, view) {
@@ -172,6 +173,7 @@ export class Scene {
     const trail = this.paths[i] ? this.passed(this.paths[i], frame.time) : this.trails[i];
     this.drawGoal(view, panel.goal);
     for (const painted of plan?.painted ?? []) drawHeat(ctx, view, painted, instant, instant === null ? 0.62 : 1);
+    this.drawWalls(view, i);
     drawTrail(ctx, view, trail.robot.map((p) => p.at), colours.robot, 3);
     trail.people.forEach((points, j) => drawTrail(ctx, view, points.map((p) => p.at), world.people[j].you ? colours.you : colours.other, 2.5));
     if (plan && panel.status !== "arrived") drawPlan(ctx, view, colours, plan, { radius, robot: panel.robot });
@@ -283,4 +285,17 @@ export class Scene {
     const found = this.views.find(({ part }) => u >= part.x && u < part.x + part.width && v >= part.y && v < part.y + part.height);
     return (found ?? this.views[0])?.view.world(u, v) ?? null;
   }
+}
+
+// All walls as one shape on the screen, all turning the same way: where two overlap, both fill.
+function outline(walls, view) {
+  const shape = new Path2D();
+  for (const wall of walls) {
+    const corners = wall.map(([x, y]) => view.point(x, y));
+    const area = corners.reduce((sum, [x, y], i) => sum + x * corners.at(i - 1)[1] - y * corners.at(i - 1)[0], 0);
+    if (area < 0) corners.reverse();
+    corners.forEach(([u, v], i) => (i ? shape.lineTo(u, v) : shape.moveTo(u, v)));
+    shape.closePath();
+  }
+  return shape;
 }

@@ -13,6 +13,7 @@ export class Steering {
     this.held = new Set();
     this.dragging = false;
     this.sent = 0;
+    this.backUntil = 0;
     canvas.addEventListener("pointerdown", (event) => this.press(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(name, () => this.release());
@@ -21,12 +22,22 @@ export class Steering {
     window.addEventListener("keyup", (event) => this.key(event, false));
     window.addEventListener("blur", () => this.letGo());
     document.addEventListener("click", (event) => this.backToScene(event));
+    document.addEventListener("focusin", (event) => this.keepBack(event));
+    document.addEventListener("pointerdown", () => (this.backUntil = 0), true);
+    document.addEventListener("keydown", (event) => (this.backUntil = event.key === "Tab" ? 0 : this.backUntil), true);
   }
 
   // Whoever sets a control with the mouse goes on walking with the keys; whoever does it with the keys stays where they are.
   backToScene(event) {
     const used = event.detail > 0 && event.target instanceof Element && event.target.closest(".q-slider, .q-menu [role=option], .buttons button");
-    if (used) setTimeout(() => this.canvas.focus({ preventScroll: true }), 200);
+    if (!used) return;
+    this.backUntil = performance.now() + 1500;
+    setTimeout(() => this.canvas.focus({ preventScroll: true }), 0);
+  }
+
+  // A menu that closes gives the focus back to its control, when it has faded out.
+  keepBack(event) {
+    if (performance.now() < this.backUntil && event.target !== this.canvas) this.canvas.focus({ preventScroll: true });
   }
 
   press(event) {
