@@ -19,6 +19,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "bench": ("sidestep.commands.bench:bench", "how fast planning is, beside other planners"),
     "reproduce": ("sidestep.commands.reproduce:reproduce", "the paper, claim by claim, with verdicts"),
     "evaluate": ("sidestep.commands.evaluate:evaluate", "ours against others, over many seeded episodes"),
+    "lab": (
+        "sidestep.commands.lab:lab",
+        "a simulated laboratory: scanner, leg tracker, base; score or train the tracker",
+    ),
     "live": ("sidestep.commands.live:live", "be the pedestrian: a page in the browser"),
     "animate": ("sidestep.commands.animate:animate", "a film of a recorded run"),
     "replay": ("sidestep.commands.replay:replay", "plan over a recording: predicted against actual positions"),

@@ -7,6 +7,7 @@ import zipfile
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,19 +55,18 @@ class LegClassifier:
         """Number of nodes."""
         return int(self.features.size)
 
-    def save(self, path: str | Path) -> None:
-        """Write to a `.npz` archive of plain arrays (nothing in it is executed on reading)."""
-        with Path(path).open("wb") as stream:
-            np.savez_compressed(
-                stream,
-                base=self.base,
-                roots=self.roots,
-                features=self.features,
-                thresholds=self.thresholds,
-                children=self.children,
-                values=self.values,
-                columns=np.array(FEATURES),
-            )
+    def save(self, file: IO[bytes]) -> None:
+        """Write a `.npz` archive of plain arrays (nothing in it is executed on reading) to an open file."""
+        np.savez_compressed(
+            file,
+            base=self.base,
+            roots=self.roots,
+            features=self.features,
+            thresholds=self.thresholds,
+            children=self.children,
+            values=self.values,
+            columns=np.array(FEATURES),
+        )
 
 
 def load_classifier(path: str | Path | None = None) -> LegClassifier:

@@ -36,9 +36,9 @@ class TrackerSettings:
         own_body: m; what is nearer to the scanner is the robot itself.
     """
 
-    agility: float = 1.5
+    agility: float = 2.5
     agility_adrift: float = 1.5
-    pair_deviation: float = 0.06
+    pair_deviation: float = 0.08
     single_deviation: float = 0.13
     merged_deviation: float = 0.07
     memory: float = 1.0
@@ -57,7 +57,7 @@ _START = -0.5  # log likelihood ratio from which a leg begins a track
 _MIN_AGE = 0.3  # s before a track is reported
 _TENTATIVE_PATIENCE = 0.35  # s
 _HOPELESS = -2.5  # score at which a track is given up
-_LOST = 0.8  # m; standard deviation at which a track is given up
+_LOST = 1.2  # m; standard deviation at which a track is given up: about 1.1 s in the shade of something
 _MOVED = 0.5  # m from where a track began: something that stands does not seem to get there
 _SAME = 0.3  # m; two tracks this near are one person
 _FIRST_SPEED = 1.0  # m/s; standard deviation of an unknown velocity
@@ -130,6 +130,11 @@ class Tracker:
             )
             for row in np.flatnonzero(self.tracks.person)
         ]
+
+    def has_moved(self, name: str) -> bool:
+        """Return whether the person with this identity was seen to leave the place where they were first seen."""
+        rows = np.flatnonzero(self.tracks.number == int(name))
+        return bool(self.tracks.moved[rows].any())
 
     def _twist(self, scan: Scan) -> FloatArray | None:
         """Return how the scanner has moved since the last scan, (3,) m/s, m/s, rad/s; None where unknown."""

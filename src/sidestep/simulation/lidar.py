@@ -80,10 +80,10 @@ class Scanner:
         ranges, index, squareness = cast(origins, bearings, offsets, segments, discs, self.beams.range_max)
         still = segments.shape[0] + fixed.shape[0]
         hits = np.where(index < 0, -1, np.maximum(index - still + 1, 0))
-        ranges, hits = self._with_errors(ranges, hits, squareness, generator)
+        ranges, hits = self.with_errors(ranges, hits, squareness, generator)
         return Scan(time=time, ranges=ranges, beams=self.beams, pose=pose.copy()), hits
 
-    def _with_errors(
+    def with_errors(
         self, ranges: FloatArray, hits: IntArray, squareness: FloatArray, generator: np.random.Generator
     ) -> tuple[FloatArray, IntArray]:
         """Return ranges and hits after noise, mixed edges, missing, failed and spurious returns."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -29,10 +29,22 @@ from sidestep.simulation.recorder import Recorder
 from sidestep.simulation.recordings import Recording
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.sensing import Sensor
-from sidestep.types import FloatArray, Path
+from sidestep.types import FloatArray, Path, Vector
 
 if TYPE_CHECKING:
     from sidestep.obstacles import Obstacles
+
+
+class Senses(Protocol):
+    """What tells the planner about people: `Sensor`, or a scanner with a tracker behind it."""
+
+    def warm_up(self, people: Sequence[Person], step: float) -> None:
+        """Look at people during the last instants before the run, one control step (s) apart."""
+        ...
+
+    def observe(self, time: float, robot: Vector, people: Sequence[Person]) -> list[PersonObservation]:
+        """Return who is seen at `time` (s) from the robot's position (d,) m."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -121,7 +133,7 @@ class Run:
         simulated = build_people(scenario, streams[1:], kinds=kinds)
         self.people: list[Person] = [*simulated, *recorded_people(scenario, recording)]
         check_places(scenario, self.obstacles, self.people)
-        self.sensor = Sensor(
+        self.sensor: Senses = Sensor(
             scenario.measurement,
             step=scenario.step,
             dimension=scenario.dimension,

@@ -96,6 +96,16 @@ def train(features: FloatArray, classes: IntArray, *, seed: int, rounds: int = 1
     return _as_arrays([tree.tree_ for tree in model.estimators_.ravel()], model.learning_rate)
 
 
+def confusion(classifier: LegClassifier, features: FloatArray, classes: IntArray) -> dict[str, dict[str, float]]:
+    """Return for each true class the shares of the samples that are taken for each class."""
+    guess = np.argmax(classifier.probabilities(features), axis=1)
+    return {
+        name: {other: float(np.mean(guess[classes == k] == j)) for j, other in enumerate(CLASSES)}
+        for k, name in enumerate(CLASSES)
+        if np.any(classes == k)
+    }
+
+
 def _as_arrays(trees: Sequence[Any], learning_rate: float) -> LegClassifier:
     sizes = np.array([tree.node_count for tree in trees])
     roots = np.concatenate(([0], np.cumsum(sizes)[:-1]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -48,6 +48,27 @@ class TrackingScore:
     reports: int
     milliseconds: float
     slowest: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all numbers, lengths in m, times in ms."""
+        mot = self.mot
+        return {
+            "recording": self.recording,
+            "scans": self.scans,
+            "annotated_scans": self.annotated_scans,
+            "recall": mot.recall,
+            "precision": mot.precision,
+            "id_switches": mot.id_switches,
+            "error_m": mot.error,
+            "rmse_m": mot.rmse,
+            "matches": mot.matches,
+            "misses": mot.misses,
+            "false_positives": mot.false_positives,
+            "tracks": self.tracks,
+            "reports": self.reports,
+            "ms_mean": self.milliseconds,
+            "ms_p99": self.slowest,
+        }
 
 
 def score(

@@ -1,0 +1,60 @@
+"""`sidestep lab`: scanner, tracker, planner and base in one loop; the tracker's score on recordings; its training."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+
+def lab(
+    *,
+    human: Literal["concerned", "unconcerned"] | None = None,
+    planner_rate: float = 2.0,
+    latency: float = 0.0,
+    dropout: float = 0.0,
+    seeds: int = 1,
+    seed: int = 0,
+    kinematic: Annotated[bool, Parameter(negative="")] = False,
+    workers: int = 1,
+    out: Path = Path("runs/lab"),
+    score: Path | None = None,
+    train: Path | None = None,
+    labelled: Annotated[tuple[Path, ...], Parameter(negative="")] = (),
+    classifier: Path | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
+    """Drive a LoCoBot-sized base past people whom it knows from a leg tracker alone; or score or train that tracker.
+
+    Args:
+        human: the kind that the numbers are about; both unless given. Both walk through the same rooms in any case:
+            the figure and the ratio of PI_R need them.
+        planner_rate: Hz.
+        latency: ms, from the end of a scan until the planner has it.
+        dropout: share of the scans that never arrive.
+        seeds: rooms, each with another crossing.
+        seed: of the first room.
+        kinematic: without MuJoCo: the base follows its commands exactly.
+        workers: processes.
+        out: folder for results.json, the figure and the records of the first room.
+        score: a recording of a scanner (.npz) instead: how well the tracker does on it.
+        train: file (.npz) for a leg classifier, trained anew on simulated scans.
+        labelled: with --train: also learn from these recordings with labelled legs, or with nobody in them.
+        classifier: trained with --train, instead of the one that comes with the package.
+        json: print exactly one JSON object on stdout.
+    """
+    from sidestep.errors import InvalidInput
+
+    if labelled and train is None:
+        raise InvalidInput("--labelled", [str(path) for path in labelled], "only together with --train FILE.npz")
+    if train is not None and score is not None:
+        raise InvalidInput("--score", str(score), "only without --train", "train first, then score with --classifier")
+    from sidestep.commands import lab_tracker
+
+    if train is not None:
+        lab_tracker.train(train, labelled, seed=seed, json=json)
+    elif score is not None:
+        lab_tracker.score(score, classifier, json=json)
+    else:
+        raise InvalidInput("lab", "neither --score nor --train", "one of them")
