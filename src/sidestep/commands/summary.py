@@ -57,6 +57,7 @@ def rows(record: Record, m: Metrics) -> list[tuple[str, str]]:
         ("minimum distance", f"{_number(m.min_distance, 2)} m (clearance {record.clearance:.2f} m)"),
         ("clearance violations", f"{m.clearance_violations} of {m.steps} steps"),
         ("contacts", f"{m.contacts_moving} while moving, {m.contacts_standing} while standing"),
+        *_other_robots(record, m),
         ("collision probability", f"largest {_number(m.max_collision_probability, 4)}, {_expected(m)}"),
         ("status", status),
         ("path", f"{m.path_length:.2f} m, turning {m.turning:.2f} rad"),
@@ -70,6 +71,12 @@ def rows(record: Record, m: Metrics) -> list[tuple[str, str]]:
     elif len(seen):
         lines.insert(1, ("people seen", str(len(seen))))
     return lines
+
+
+def _other_robots(record: Record, m: Metrics) -> list[tuple[str, str]]:
+    if not record.other_robots.size:
+        return []
+    return [("other robots", f"{m.robot_contacts} contacts, minimum distance {m.robot_min_distance:.2f} m")]
 
 
 def _expected(m: Metrics) -> str:

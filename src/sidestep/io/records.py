@@ -23,6 +23,7 @@ VERSION = 1
 _TEXT = ("scenario", "settings", "seed", "robot_radius", "people", "status", "risk_limit", "clearance")
 _MORE_TEXT = ("time_step", "control_step", "reached_goal")
 _APART = ("snapshots", "walls")
+_LATER = ("other_robots", "other_radii", "other_goals")  # not in older files
 _SNAPSHOT = ("origin", "rotation", "probability", "instants", "weights", "sigmas")
 
 
@@ -82,7 +83,7 @@ def _assembled(meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> R
         shots.append(Snapshot(**{name: _frozen(arrays[key]) for name, key in held.items() if key in arrays}, **scalars))
     values: dict[str, Any] = {name: meta[name] for name in (*_TEXT, *_MORE_TEXT)}
     values["people"], values["status"] = tuple(meta["people"]), tuple(meta["status"])
-    values |= {name: frozen_array(arrays[name]) for name in _array_names()}
+    values |= {name: frozen_array(arrays[name]) for name in _array_names() if name in arrays or name not in _LATER}
     values["snapshots"] = tuple(shots)
     values["walls"] = tuple(frozen_array(arrays[f"wall_{i}"]) for i in range(meta["walls"]))
     return Record(**values)

@@ -56,6 +56,15 @@ def contacts(record: Record, gaps: FloatArray) -> tuple[int, int]:
     return moving, standing
 
 
+def among_robots(record: Record) -> tuple[int, float]:
+    """Return how often the robot touched another one, and the least distance (m) between centres; NaN if alone."""
+    if not record.other_robots.size:
+        return 0, float("nan")
+    gaps = closest_within_steps(record.robot_positions, record.other_robots)
+    touching = gaps < record.robot_radius + record.other_radii
+    return sum(len(_stretches(column)) for column in touching.T), float(gaps.min())
+
+
 def _stretches(flags: BoolArray) -> list[tuple[int, int]]:
     """Half-open ranges of consecutive True values."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))

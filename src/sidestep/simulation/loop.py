@@ -80,6 +80,7 @@ def simulate(
 ) -> Record:
     """Run a scenario from its start to the goal, or until its duration is over.
 
+    With further robots in the scenario the record is that of the first one (`sidestep.simulation.team` gives all).
     The same scenario and seed give the same run; people, sensor and robot each draw from a stream of their own, so
     that runs of different navigators are paired. On KeyboardInterrupt the whole steps done so far are returned.
 
@@ -98,6 +99,19 @@ def simulate(
     """
     if seed is not None:
         scenario = scenario.model_copy(update={"seed": seed})
+    if scenario.robots:
+        from sidestep.simulation.team import TeamRun  # made of runs
+
+        team = TeamRun(
+            scenario,
+            navigator=navigator,
+            recording=recording,
+            obstacles=obstacles,
+            kinds=kinds,
+            on_step=on_step,
+            snapshots=snapshots,
+        )
+        return team.finish()[0]
     run = Run(
         scenario,
         navigator=navigator,
@@ -111,7 +125,10 @@ def simulate(
 
 
 class Run:
-    """One run while it lasts: `finish` for the whole of it, or `advance` step by step. Arguments as for `simulate`."""
+    """One run while it lasts: `finish` for the whole of it, or `advance` step by step. Arguments as for `simulate`.
+
+    A robot that is not the only one has a `number` > 0, and `people` whom another run made and moves.
+    """
 
     def __init__(
         self,
@@ -123,15 +140,20 @@ class Run:
         kinds: Mapping[str, Builder] | None = None,
         on_step: Callable[[Step], object] | None = None,
         snapshots: int = 6,
+        people: list[Person] | None = None,
+        number: int = 0,
     ) -> None:
         self.scenario = scenario
         self.obstacles = obstacles_of(scenario) if obstacles is None else obstacles
         streams = [
             np.random.Generator(np.random.PCG64(s))
-            for s in np.random.SeedSequence(scenario.seed).spawn(len(scenario.people) + 1)
+            for s in np.random.SeedSequence([scenario.seed, number] if number else scenario.seed).spawn(
+                len(scenario.people) + 1
+            )
         ]
-        simulated = build_people(scenario, streams[1:], kinds=kinds)
-        self.people: list[Person] = [*simulated, *recorded_people(scenario, recording)]
+        if people is None:
+            people = [*build_people(scenario, streams[1:], kinds=kinds), *recorded_people(scenario, recording)]
+        self.people = people
         check_places(scenario, self.obstacles, self.people)
         self.sensor: Senses = Sensor(
             scenario.measurement,
@@ -150,8 +172,10 @@ class Run:
         self.on_step = on_step
         self.places = self._places(0.0)
         self.drift = np.zeros_like(self.places)
-        self.motion: Answer
-        self.planned_at = 0.0
+        self.motion: Answer | None = None
+        self.observations: Sequence[PersonObservation] = ()
+        self.planned_at = -1.0
+        self.spent = 0.0
         self.index = 0
         self.every = round(scenario.period / scenario.step)
         self.sensor.warm_up(self.people, scenario.step)
@@ -189,33 +213,50 @@ class Run:
     def _step(self, index: int, *, planned: bool) -> bool:
         """One control step; whether the robot is at its goal after it."""
         now, step = index * self.scenario.step, self.scenario.step
-        observations = self.sensor.observe(now, self.state.position, self.people)
-        spent = self._plan(now, observations) if planned else 0.0
+        self.think(now, planned=planned)
         self._people_decide(now)
-        self.recorder.step(
-            self.motion, self.motion.status, planning_time=spent, age=now - self.planned_at, planned=planned
-        )
+        self.note(now, planned=planned)
+        for person in self.people:
+            person.move(now, now + step)
+        return self.settle(now + step)
+
+    def think(self, now: float, *, planned: bool) -> None:
+        """Observe, and where a plan is due ask the navigator for one."""
+        self.observations = self.sensor.observe(now, self.state.position, self.people)
+        self.spent = self._plan(now, self.observations) if planned else 0.0
+
+    def note(self, now: float, *, planned: bool) -> None:
+        """Write down the motion in force, and show the step to who watches."""
+        motion = self._in_force
+        self.recorder.step(motion, motion.status, planning_time=self.spent, age=now - self.planned_at, planned=planned)
         if self.on_step is not None:
             distance = float(np.linalg.norm(self.state.position - self.goal))
             self.on_step(
                 Step(
-                    index=index,
+                    index=self.index,
                     time=now,
                     robot=self.state,
-                    observations=observations,
-                    motion=self.motion,
+                    observations=self.observations,
+                    motion=motion,
                     planned=planned,
                     distance=distance,
                 )
             )
-        for person in self.people:
-            person.move(now, now + step)
+
+    def settle(self, then: float) -> bool:
+        """Move the robot until `then` (s) and look where the people are now; whether the robot is at its goal."""
+        step = self.scenario.step
         self.state = self._moved(step)
-        before, self.places = self.places, self._places(now + step)
+        before, self.places = self.places, self._places(then)
         self.drift = (self.places - before) / step
-        self.recorder.instant(now + step, self.state.position, self.state.heading, self.places)
+        self.recorder.instant(then, self.state.position, self.state.heading, self.places)
         points = (self.state.position, self.robot.reference(self.state))
         return min(float(np.linalg.norm(p - self.goal)) for p in points) <= self.scenario.robot.goal_tolerance
+
+    @property
+    def _in_force(self) -> Answer:
+        assert self.motion is not None  # every run begins with a planning step
+        return self.motion
 
     def _plan(self, now: float, observations: Sequence[PersonObservation]) -> float:
         """Ask the navigator; seconds of wall clock that it took."""
@@ -227,7 +268,7 @@ class Run:
 
     def _moved(self, step: float) -> RobotState:
         """The robot's state one control step later; a wall stops it."""
-        after = self.robot.follow(self.motion.velocity, self.state, step)
+        after = self.robot.follow(self._in_force.velocity, self.state, step)
         walls = self.obstacles
         if walls is not None and not walls.segment_free(self.state.position[None], after.position[None], margin=0.0)[0]:
             still = np.zeros(self.scenario.dimension)
@@ -237,28 +278,29 @@ class Run:
     def _people_decide(self, now: float) -> None:
         if not self.people:
             return
-        motion = self.motion
-        path = self._anticipated(now)
-        signal = isinstance(motion, Plan) and motion.signal
+        path = self.anticipated(now)
         for i, person in enumerate(self.people):
-            person.decide(
-                Surroundings(
-                    time=now,
-                    time_step=self.scenario.planner.time_step,
-                    robot_path=path,
-                    robot_velocity=motion.velocity,
-                    robot_radius=self.scenario.robot.radius,
-                    others=self.places,
-                    velocities=self.drift,
-                    index=i,
-                    obstacles=self.obstacles,
-                    signal=signal,
-                )
-            )
+            person.decide(self.surroundings(now, i, path))
 
-    def _anticipated(self, now: float) -> Path:
+    def surroundings(self, now: float, index: int, path: Path) -> Surroundings:
+        """Return what person `index` knows of a robot that is expected to move along `path` (K+1, d) m."""
+        motion = self._in_force
+        return Surroundings(
+            time=now,
+            time_step=self.scenario.planner.time_step,
+            robot_path=path,
+            robot_velocity=motion.velocity,
+            robot_radius=self.scenario.robot.radius,
+            others=self.places,
+            velocities=self.drift,
+            index=index,
+            obstacles=self.obstacles,
+            signal=isinstance(motion, Plan) and motion.signal,
+        )
+
+    def anticipated(self, now: float) -> Path:
         """What people can know of the robot's motion: the plan in force, or straight to the goal at its speed."""
-        s, motion = self.scenario, self.motion
+        s, motion = self.scenario, self._in_force
         steps = s.planner.horizon + max(s.human.horizon or 0, s.planner.horizon, 1)
         here = self.robot.reference(self.state)
         if isinstance(motion, Plan):

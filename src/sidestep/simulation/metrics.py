@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.simulation.approach import closest_within_steps, contacts
+from sidestep.simulation.approach import among_robots, closest_within_steps, contacts
 from sidestep.simulation.record import Record
 from sidestep.types import FloatArray
 
@@ -28,6 +28,7 @@ class Metrics:
         clearance_violations: control steps during which someone came closer than the clearance.
         contacts_moving: contacts (bodies overlap) that began while the robot moved, or in which it moved on toward the
             person; contacts_standing: the others, where a person walked into a parked robot.
+        robot_contacts: contacts with other robots; robot_min_distance: m, between the centres.
         max_collision_probability: largest P_coll(k|t) of any plan.
         predicted_violations: sum over the planning steps of the risk that the plan saw in its first step;
             realised_violations: planning steps after which someone was within the clearance one time step later (where
@@ -52,6 +53,8 @@ class Metrics:
     clearance_violations: int
     contacts_moving: int
     contacts_standing: int
+    robot_contacts: int
+    robot_min_distance: float
     max_collision_probability: float
     predicted_violations: float
     realised_violations: int
@@ -82,6 +85,7 @@ def measure(record: Record) -> Metrics:
     sampled = np.linalg.norm(people - record.robot_positions[:, None], axis=-1)  # (T+1, P) m
     moving, standing = contacts(record, gaps)
     predicted, realised = _violations(record, sampled)
+    robot_contacts, robot_gap = among_robots(record)
     pi_r, pi_h, lateral_r, lateral_h = _indices(record)
     planning = 1e3 * record.planning_time[record.plan_age <= 1e-9]
     arrival = _arrival(record)
@@ -96,6 +100,8 @@ def measure(record: Record) -> Metrics:
         clearance_violations=int((gaps < record.clearance).any(axis=1).sum()),
         contacts_moving=moving,
         contacts_standing=standing,
+        robot_contacts=robot_contacts,
+        robot_min_distance=robot_gap,
         max_collision_probability=_most(record.collision_probability),
         predicted_violations=predicted,
         realised_violations=realised,

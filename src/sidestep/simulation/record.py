@@ -63,6 +63,8 @@ class Record:
         snapshots: predicted occupancies at chosen steps.
         walls: closed polygons, each (V, 2) m.
         reached_goal: the robot came within its goal tolerance.
+        other_robots: (T+1, R, d) m, positions of other robots in the same run; other_radii: (R,) m; other_goals: (R, d)
+            m; empty where the robot is the only one.
     """
 
     scenario: str
@@ -93,3 +95,6 @@ class Record:
     snapshots: tuple[Snapshot, ...]
     walls: tuple[FloatArray, ...]
     reached_goal: bool
+    other_robots: FloatArray = field(default_factory=lambda: frozen_array([]))
+    other_radii: FloatArray = field(default_factory=lambda: frozen_array([]))
+    other_goals: FloatArray = field(default_factory=lambda: frozen_array([]))

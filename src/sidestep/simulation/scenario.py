@@ -41,6 +41,7 @@ class Scenario(Settings):
         planning_period: s between two calls of the planner; None is the planner's time step.
         control_step: s between two recorded instants, a whole fraction of `planning_period`; None is that.
         stop_at_goal: the run ends when the robot has reached its goal.
+        robots: further robots, each of which gives way to those before it; the planner's settings hold for all.
         robot, planner, human, people, measurement, recording: see their own pages; `human` is the predictor's model.
         walls: polygons that neither people nor the robot enter (2-D).
         map: ROS map file with walls, relative to the scenario file; None: no map.
@@ -54,6 +55,7 @@ class Scenario(Settings):
     control_step: Positive | None = None
     stop_at_goal: bool = True
     robot: RobotSettings
+    robots: tuple[RobotSettings, ...] = ()
     planner: PlannerSettings = PlannerSettings()
     human: HumanModel = HumanModel()
     people: tuple[PersonSettings, ...] = ()
@@ -80,7 +82,7 @@ class Scenario(Settings):
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
-        for check in (_dimensions, _names, _timing, _behaviours, _weights, _room_at_the_start):
+        for check in (_dimensions, _names, _timing, _behaviours, _weights, _robots_apart, _room_at_the_start):
             check(self)
         return self
 
@@ -154,6 +156,9 @@ def _plain(value: Any) -> Any:
 def _points(scenario: Scenario) -> Iterator[tuple[str, Point]]:
     yield "robot.start", scenario.robot.start
     yield "robot.goal", scenario.robot.goal
+    for i, robot in enumerate(scenario.robots):
+        yield f"robots.{i}.start", robot.start
+        yield f"robots.{i}.goal", robot.goal
     for i, person in enumerate(scenario.people):
         yield f"people.{i}.start", person.start
         if person.goal is not None:
@@ -231,6 +236,19 @@ def _weights(scenario: Scenario) -> None:
             weight = getattr(settings, name)
             if isinstance(weight, tuple) and len(weight) != d:
                 raise InvalidInput(f"{table}.{name}", weight, f"one number, or {d} (one per axis)")
+
+
+def _robots_apart(scenario: Scenario) -> None:
+    everyone = (scenario.robot, *scenario.robots)
+    for i, robot in enumerate(everyone[1:], start=1):
+        if robot.kind == "differential" and scenario.dimension != 2:
+            raise InvalidInput(f"robots.{i - 1}.kind", "differential", "holonomic, outside 2-D")
+        for other in everyone[:i]:
+            for name in ("start", "goal"):
+                gap = math.dist(getattr(robot, name), getattr(other, name))
+                if gap < robot.radius + other.radius + CLEARANCE_MARGIN:
+                    allowed = "room for both bodies and 0.1 m between them"
+                    raise InvalidInput(f"robots.{i - 1}.{name}", getattr(robot, name), f"{allowed} ({gap:.2f} m)")
 
 
 def _room_at_the_start(scenario: Scenario) -> None:

@@ -86,7 +86,7 @@ class _Film:
     def _draw_scene(self) -> None:
         record = self.record
         draw_walls(self.scene, record, (0, 1))
-        goals = [(record.robot_goal, style.ROBOT, "*")]
+        goals = [(record.robot_goal, style.ROBOT, "*"), *((g, style.OTHER_ROBOT, "*") for g in record.other_goals)]
         for person, rank in enumerate(people_by_nearness(record)):
             goals.append((record.people_goals[person], style.person_colour(int(rank)), "X"))
         for goal, colour, marker in goals:
@@ -107,8 +107,9 @@ class _Film:
     def _movers(self) -> tuple[list[Line2D], list[Circle], Line2D, Artist]:
         record, scene = self.record, self.scene
         ranks = people_by_nearness(record)
-        colours = [style.ROBOT, *(style.person_colour(int(rank)) for rank in ranks)]
-        radii = [record.robot_radius, *record.people_radii.tolist()]
+        others = [style.OTHER_ROBOT] * len(record.other_radii)
+        colours = [style.ROBOT, *others, *(style.person_colour(int(rank)) for rank in ranks)]
+        radii = [record.robot_radius, *record.other_radii.tolist(), *record.people_radii.tolist()]
         trails = [_animated(_line(scene, colour, 1.6, 3)) for colour in colours]
         discs = [Circle((0.0, 0.0), r, facecolor=c, edgecolor="white") for r, c in zip(radii, colours, strict=True)]
         for disc in discs:
@@ -124,7 +125,8 @@ class _Film:
     def _moved(self, time: float) -> list[Artist]:
         record = self.record
         step = min(int(np.searchsorted(record.time, time + 1e-9) - 1), len(record.status) - 1)
-        paths = [record.robot_positions, *np.moveaxis(record.people_positions, 1, 0)]
+        others = np.moveaxis(record.other_robots, 1, 0) if record.other_robots.size else ()
+        paths = [record.robot_positions, *others, *np.moveaxis(record.people_positions, 1, 0)]
         for trail, disc, path in zip(self.trails, self.discs, paths, strict=True):
             here = [float(np.interp(time, record.time, path[:, a])) for a in (0, 1)]
             trail.set_data([*path[: step + 1, 0], here[0]], [*path[: step + 1, 1], here[1]])
@@ -186,4 +188,6 @@ def _on_a_line(record: Record) -> Record:
         people_goals=lifted(record.people_goals),
         people_positions=lifted(record.people_positions),
         plans=lifted(record.plans),
+        other_robots=lifted(record.other_robots) if record.other_robots.size else record.other_robots,
+        other_goals=lifted(record.other_goals) if record.other_robots.size else record.other_goals,
     )

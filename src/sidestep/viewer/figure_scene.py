@@ -37,6 +37,12 @@ def draw_paths(
             _draw_marks(axes, path, record.time, marks, colour, written=names and (few or rank < 2))
             _draw_start(axes, path, colour, record.people[person] if names else "")
             _draw_goal(axes, record.people_goals[person][[i, j]], colour, "X")
+    for number in range(len(record.other_radii)):
+        path = record.other_robots[:, number][:, [i, j]]
+        _draw_path(axes, path, style.OTHER_ROBOT)
+        _draw_marks(axes, path, record.time, marks, style.OTHER_ROBOT, written=names)
+        _draw_start(axes, path, style.OTHER_ROBOT, f"robot {number + 2}" if names else "")
+        _draw_goal(axes, record.other_goals[number][[i, j]], style.OTHER_ROBOT, "*")
     robot = record.robot_positions[:, [i, j]]
     _draw_path(axes, robot, style.ROBOT)
     _draw_marks(axes, robot, record.time, marks, style.ROBOT, written=names)
@@ -113,6 +119,8 @@ def frame_scene(axes: Axes, record: Record, plane: Plane, *, shape: float = 1.1)
     near = [a.person for a in closest_approaches(record) if a.distance < NEAR]
     points += [record.people_positions[:, p][:, [i, j]] for p in near]
     points += [record.people_goals[p][None, [i, j]] for p in near]
+    for number in range(len(record.other_radii)):
+        points += [record.other_robots[:, number][:, [i, j]], record.other_goals[number][None, [i, j]]]
     everything = np.concatenate(points)
     low, high = np.nanmin(everything, axis=0) - 1.1, np.nanmax(everything, axis=0) + 0.9
     centre, half = (low + high) / 2, (high - low) / 2

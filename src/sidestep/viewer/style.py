@@ -11,6 +11,8 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 ROBOT: Final = "#0072B2"
 """Blue of the Okabe–Ito palette: always the robot."""
+OTHER_ROBOT: Final = "#00476B"
+"""A darker blue: another robot in the same run."""
 PEOPLE: Final = ("#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """The other Okabe–Ito colours, in the order in which people get them; further people are `CROWD`."""
 CROWD: Final = "#8C8C8C"

@@ -39,7 +39,7 @@ def with_settings(scenario: Scenario, settings: LiveSettings) -> Scenario:
         raise InvalidInput("live.scenario", scenario.name, "a scenario in 2-D", "choose another one")
     data = scenario.settings()
     data["control_step"], data["planning_period"] = CONTROL_STEP, 1.0 / settings.planning_rate
-    data["duration"], data["recording"], data["people"] = LONGEST_TRIP, None, []
+    data["duration"], data["recording"], data["people"], data["robots"] = LONGEST_TRIP, None, [], []
     for table, name, value in (
         ("planner", "horizon", settings.horizon),
         ("planner", "risk_limit", settings.risk_limit),

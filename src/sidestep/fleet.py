@@ -1,0 +1,172 @@
+"""Several robots: each plans with what the others have announced as known moving obstacles, in the order of priority.
+
+    for planner in planners:                        # first the robot that goes first
+        planner.announce([what the others announced])
+        plan = planner.step(...)
+
+A robot that goes first has planned for now: its next motion is known. One that comes later has announced what it
+planned at the last call; it may do that, or stop instead. A first motion is taken only if it clears all of these until
+the next call. So a robot that finds nothing better stops, which all others have reckoned with: nobody drives into
+anybody, as long as the bases do what they are told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from time import perf_counter
+
+import numpy as np
+
+from sidestep.forecast import Forecast
+from sidestep.human.observation import PersonObservation
+from sidestep.lattice import Lattice
+from sidestep.planner import Planner
+from sidestep.planning.plan import Plan
+from sidestep.planning.problem import PlanningProblem
+from sidestep.prediction.collision import RiskField
+from sidestep.prediction.first_step import FirstStep
+from sidestep.prediction.person_mass import PersonMass
+from sidestep.robots import RobotState
+from sidestep.situation import Situation
+from sidestep.types import FloatArray, Path, Vector, VectorLike
+
+MARGIN = 0.10  # m beyond contact that plans keep from other robots
+FIRST_MARGIN = 0.05  # m beyond contact that the first action keeps
+LEAST_MARGIN = 0.01  # m beyond contact, below which the robot stops
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Announced:
+    """What another robot has announced.
+
+    Attributes:
+        path: (K+1, d) m, K ≥ 1, from now on at multiples of the time step; past its end the robot stands.
+        radius: m, of its body.
+        settled: it was planned for now and is what the robot will do; else the robot may stop instead.
+    """
+
+    path: Path
+    radius: float
+    settled: bool
+
+    def doubled(self, blocks: int) -> FloatArray:
+        """Return (blocks, d) m, where the robot is at the half instants from 0 on."""
+        whole = np.minimum(np.arange(blocks) / 2.0, len(self.path) - 1)
+        return np.stack([np.interp(whole, np.arange(len(self.path)), x) for x in self.path.T], axis=1)
+
+    def first_velocities(self, time_step: float) -> FloatArray:
+        """Return (1 or 2, d) m/s: what it may do until the next call."""
+        going = (self.path[1] - self.path[0]) / time_step
+        return going[None] if self.settled else np.stack([going, np.zeros_like(going)])
+
+
+class FleetPlanner(Planner):
+    """A `Planner` that makes room for other robots as it does for people. Arguments as for `Planner`."""
+
+    _others: tuple[Announced, ...] = ()
+
+    def announce(self, others: Sequence[Announced]) -> None:
+        """Take what the others have announced; it counts until the next announcement."""
+        self._others = tuple(others)
+
+    def reset(self) -> None:
+        """Forget everybody, the other robots too."""
+        super().reset()
+        self._others = ()
+
+    def step(
+        self,
+        *,
+        time: float,
+        robot: RobotState,
+        people: Sequence[PersonObservation] | None,
+        wish: VectorLike | None = None,
+    ) -> Plan:
+        """Return a motion for now, as `Planner.step` does; a stop where it would come too close to another robot."""
+        started = perf_counter()
+        plan = super().step(time=time, robot=robot, people=people, wish=wish)
+        if plan.status == "stopped" or not self._collides(self.robot.reference(robot), plan.velocity):
+            return plan
+        self._last = None
+        return self._stopped(time, robot, "another robot has the way", started)
+
+    def _collides(self, start: Vector, velocity: Vector) -> bool:
+        """Whether a velocity (d,) m/s comes nearer than allowed to what another robot may do until the next call."""
+        for other in self._others:
+            least = self.robot.planning_radius + other.radius + LEAST_MARGIN
+            offset = other.path[0] - start
+            for theirs in other.first_velocities(self.settings.time_step):
+                drift = theirs - velocity
+                square = float(drift @ drift)
+                share = 0.0 if square == 0.0 else float(np.clip(-(offset @ drift) / square, 0.0, self._interval))
+                if share > 0.0 and float(np.linalg.norm(offset + share * drift)) < least:
+                    return True
+        return False
+
+    def _situation(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Situation:
+        now = super()._situation(time, robot, started, wish)
+        return AmongRobots(**{f.name: getattr(now, f.name) for f in fields(now)}, others=self._others)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AmongRobots(Situation):
+    """A situation with other robots in it.
+
+    Attributes:
+        others: what they have announced.
+    """
+
+    others: tuple[Announced, ...] = ()
+
+    def problem_under(self, seen: Forecast) -> PlanningProblem:
+        """Return Eq. 9 under a prediction, in which other robots count like people who are sure of their way."""
+        problem = Situation.problem_under(self, seen)
+        if not self.others:
+            return problem
+        return replace(problem, people=self._field(problem.people), first_step=self._first_step(problem.first_step))
+
+    def _field(self, people: RiskField | None) -> RiskField:
+        blocks = 2 * self.around.horizon + 1
+        masses = [] if people is None else list(people.people)
+        distances = np.zeros(0) if people is None else people.distances
+        for other in self.others:
+            masses += [_at(place, b, blocks) for b, place in enumerate(other.doubled(blocks))]
+            keep = self.robot.planning_radius + other.radius + MARGIN
+            distances = np.concatenate([distances, np.full(blocks, keep)])
+        return RiskField(people=masses, distances=distances, midway=self.around.midway)
+
+    def _first_step(self, people: FirstStep | None) -> FirstStep | None:
+        """Add what the others may do until the next call; each possibility counts as more than is allowed."""
+        if self.around.first_step_limit is None:
+            return None
+        d = self.start.size
+        known = people or FirstStep(
+            positions=np.zeros((0, d)), sigmas=np.zeros(0), person=np.zeros(0, dtype=np.int64),
+            velocities=np.zeros((0, d)), probabilities=np.zeros(0), distances=np.zeros(0),
+            interval=self.around.interval, limit=self.around.first_step_limit,
+        )  # fmt: skip
+        told = [other.first_velocities(self.settings.time_step) for other in self.others]
+        keep = [self.robot.planning_radius + other.radius + FIRST_MARGIN for other in self.others]
+        rows = len(known.positions) + np.repeat(np.arange(len(told)), [len(v) for v in told])
+        return replace(
+            known,
+            positions=np.concatenate([known.positions, [other.path[0] for other in self.others]]),
+            sigmas=np.concatenate([known.sigmas, np.full(len(told), 1e-6)]),
+            person=np.concatenate([known.person, rows]),
+            velocities=np.concatenate([known.velocities, *told]),
+            probabilities=np.concatenate([known.probabilities, *(np.full(len(v), 1.0 / len(v)) for v in told)]),
+            distances=np.concatenate([known.distances, keep]),
+        )
+
+
+def _at(place: Vector, instant: int, blocks: int) -> PersonMass:
+    """All mass at one place at one half instant, and none at the others."""
+    flat = np.zeros(blocks)
+    flat[instant] = 1.0
+    return PersonMass(
+        lattice=Lattice(origin=place, spacing=1.0, radius=0),
+        flat=flat,
+        offsets=np.arange(blocks + 1, dtype=np.int64),
+        radii=np.zeros(blocks, dtype=np.int64),
+    )

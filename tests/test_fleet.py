@@ -1,0 +1,116 @@
+"""Several robots: each makes room for what the others have announced, and may always stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import sidestep
+from sidestep.errors import InvalidInput
+from sidestep.fleet import LEAST_MARGIN, Announced, FleetPlanner
+from sidestep.io.records import read_record, write_record
+from sidestep.io.scenarios import load_scenario
+from sidestep.simulation.loop import simulate
+from sidestep.simulation.metrics import measure
+from sidestep.simulation.team import TeamRun
+
+ROBOT = sidestep.Holonomic(max_speed=1.0, radius=0.3, shape="disc")
+coordinate = st.floats(-3.0, 3.0)
+pace = st.floats(-1.0, 1.0)
+
+
+def _path(start, velocity, steps=8):
+    return np.array(start) + 0.5 * np.arange(steps + 1)[:, None] * np.array(velocity)
+
+
+def _least(start, velocity, other, theirs, interval=0.5):
+    times = np.linspace(0.0, interval, 201)[:, None]
+    return np.linalg.norm(start + times * velocity - other - times * theirs, axis=1).min()
+
+
+@settings(max_examples=60, deadline=None)
+@given(x=coordinate, y=coordinate, vx=pace, vy=pace, settled=st.booleans())
+def test_the_first_motion_clears_whatever_the_other_may_do(x, y, vx, vy, settled):
+    start, there = np.zeros(2), np.array([x, y])
+    if np.hypot(x, y) < 0.6 + LEAST_MARGIN:
+        return
+    planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)
+    planner.announce([Announced(path=_path(there, (vx, vy)), radius=0.3, settled=settled)])
+    plan = planner.step(time=0.0, robot=sidestep.RobotState(position=start), people=[])
+    if not plan.velocity.any():
+        return  # a robot that stands is run into by nobody who plans with it
+    for theirs in [(vx, vy)] if settled else [(vx, vy), (0.0, 0.0)]:
+        assert _least(start, plan.velocity, there, np.array(theirs)) >= 0.6 - 1e-9
+
+
+def test_a_whole_plan_keeps_clear_of_an_announced_one():
+    planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=8)
+    crossing = _path((-2.0, 2.0), (1.0, 0.0))
+    planner.announce([Announced(path=crossing, radius=0.3, settled=True)])
+    plan = planner.step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=[])
+    assert plan.status == "certified"
+    assert (np.linalg.norm(plan.positions - crossing, axis=1) >= 0.7 - 1e-9).all()
+    alone = sidestep.Planner(robot=ROBOT, goal=(0.0, 4.0), horizon=8)
+    straight = alone.step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=[])
+    assert np.linalg.norm(straight.positions - crossing, axis=1).min() < 0.6  # there was something to avoid
+
+
+def test_nobody_announced_is_the_planner_itself():
+    person = sidestep.PersonObservation(id="a", position=(-1.5, 1.5), velocity=(1.0, 0.0))
+    plans = [
+        kind(robot=ROBOT, goal=(0.0, 4.0), horizon=4).step(
+            time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=[person]
+        )
+        for kind in (sidestep.Planner, FleetPlanner)
+    ]
+    np.testing.assert_array_equal(plans[0].positions, plans[1].positions)
+
+
+def test_forgetting_everybody_forgets_robots():
+    planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)
+    planner.announce([Announced(path=_path((0.0, 0.8), (0.0, -1.0)), radius=0.3, settled=True)])
+    planner.reset()
+    plan = planner.step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=[])
+    np.testing.assert_allclose(plan.velocity, (0.0, 1.0), atol=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_both_robots_arrive_without_touching(seed, tmp_path):
+    records = TeamRun(load_scenario("two-robots", [f"seed={seed}"]), snapshots=0).finish()
+    for i, record in enumerate(records):
+        numbers = measure(record)
+        assert record.reached_goal
+        assert numbers.robot_contacts == 0
+        assert numbers.robot_min_distance >= 0.6
+        assert numbers.contacts_moving == 0
+        np.testing.assert_array_equal(record.other_robots[:, 0], records[1 - i].robot_positions)
+    again = read_record(write_record(records[0], tmp_path / "record.npz"))
+    assert measure(again).robot_min_distance == measure(records[0]).robot_min_distance
+
+
+def test_robots_that_would_stand_in_each_other_are_refused():
+    with pytest.raises(InvalidInput, match=r"robots\.0\.start"):
+        load_scenario("two-robots", ["robots.0.start=[0.0, -4.8]"])
+
+
+def test_people_react_to_the_robot_that_is_nearest():
+    scenario = load_scenario("two-robots", ["duration=4.0"])
+    team = TeamRun(scenario, snapshots=0)
+    seen = []
+    person = team.runs[0].people[0]
+    decide = person.decide
+    person.decide = lambda around: (seen.append(around), decide(around))[1]
+    for _ in range(8):
+        gaps = [np.linalg.norm(run.places[0] - run.state.position) for run in team.runs]
+        before = [run.robot.reference(run.state) for run in team.runs]
+        team.advance()
+        np.testing.assert_allclose(seen[-1].robot_path[0], before[int(np.argmin(gaps))])
+
+
+def test_a_run_of_one_robot_has_no_others():
+    record = simulate(load_scenario("crossing", ["duration=1.0"]), snapshots=0)
+    assert record.other_robots.size == 0
+    assert measure(record).robot_contacts == 0
