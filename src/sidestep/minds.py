@@ -25,11 +25,6 @@ from sidestep.types import FloatArray, Vector, frozen_array
 _STALE = 3.0  # time steps after which a displacement no longer tells one action
 _GOAL_RATE = 0.5  # 1/s, how fast "where to" is forgotten when it is only known as a direction
 _ARRIVED = 0.3  # m from the goal, within which there is no way to it
-_STANDING = 0.3  # m/s, below which a person counts as standing
-_DIRECTION_PRIOR = {
-    "walking": (0.62, 0.33, 0.05),
-    "standing": (0.25, 0.15, 0.6),
-}  # present, mean velocity, stands still
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -106,11 +101,7 @@ class Mind:
         """Weights (C,), sigmas (K, C) m of the Gaussians around the predicted position at `times` (K,) s, or None."""
         if self.habits is None or not self.model.steadiness:
             return None
-        weights, sigmas = self.habits.spread(times)
-        d = self.position.size
-        noise = self.habits.noise
-        extra = np.trace(noise[:d, :d]) + 2 * times * np.trace(noise[:d, d:]) + times**2 * np.trace(noise[d:, d:])
-        return weights, np.sqrt(sigmas**2 + np.maximum(extra, 0.0)[:, None] / d)
+        return self.habits.spread(times)
 
 
 class Unplaceable(Exception):  # noqa: N818 (says why the planner must stop; never leaves it)
@@ -170,6 +161,7 @@ def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind
             covariance,
             velocity=observation.velocity,
             velocity_covariance=observation.velocity_covariance,
+            settings=model.habits,
         )
     goals, over_goals = _goals(observation, model, state, velocity)
     return Mind(
@@ -270,8 +262,8 @@ def _weigh(mind: Mind, position: Vector, covariance: FloatArray, time: float, ti
         return believed
     likelihood = bayes.action_likelihood(anchor.probabilities, anchor.velocities, moved, elapsed, doubt)
     believed = bayes.observe(believed, likelihood, elapsed / time_step)
-    if isinstance(mind.goals[0], DirectionGoal):
-        believed = bayes.relax_goals(believed, _direction_prior(mind.velocity), _GOAL_RATE, elapsed)
+    if mind.habits is not None and isinstance(mind.goals[0], DirectionGoal):
+        believed = bayes.relax_goals(believed, mind.habits.modes, _GOAL_RATE, elapsed)
     return believed
 
 
@@ -287,11 +279,7 @@ def _goals(
     if state is None:
         return (DirectionGoal(velocity), StandGoal()), np.array([0.95, 0.05])
     modes = (DirectionGoal(state.extrapolated_velocity), DirectionGoal(state.mean_velocity), StandGoal())
-    return modes, _direction_prior(velocity)
-
-
-def _direction_prior(velocity: Vector) -> FloatArray:
-    return np.array(_DIRECTION_PRIOR["standing" if np.linalg.norm(velocity) < _STANDING else "walking"])
+    return modes, state.modes
 
 
 def _covariance(observation: PersonObservation, model: HumanModel) -> FloatArray:

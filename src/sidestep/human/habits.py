@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sidestep._kernels import habits as kernel
-from sidestep.human.habit_settings import HabitSettings
+from sidestep.human.habit_settings import HabitSettings, class_tables
 from sidestep.types import FloatArray, Vector, VectorLike
 
 _ROWS = 40  # remembered instants; more than `window / gap`
@@ -82,8 +82,14 @@ class Habits:
     @property
     def standing(self) -> bool:
         """Whether both the present and the mean velocity are below walking."""
-        limit = self.settings.standing_speed
-        return math.hypot(*self.velocity) < limit and math.hypot(*self.mean_velocity) < limit
+        return _standing(self.settings, self.velocity, self.mean_velocity)
+
+    @property
+    def modes(self) -> Vector:
+        """(3,) prior probabilities that the person keeps the present velocity, keeps the mean one, stands still."""
+        s = self.settings
+        slow = math.hypot(*self.velocity) < s.standing_speed
+        return np.array(s.standing_modes if slow else s.walking_modes)
 
     def spread(self, times: VectorLike | FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mixture of isotropic Gaussians around the predicted position.
@@ -92,13 +98,40 @@ class Habits:
             times: (K,) s ahead (≥ 0).
 
         Returns:
-            weights: (C,) of the classes, sum 1; sigmas: (K, C) m, σ(t)² = floor² + (σ_c·t^q)².
+            weights: (C,) of the classes, sum 1; sigmas: (K, C) m, σ(t)² = floor² + (σ_c·t^q)² + what a sensor worse
+            than `habitual_noise` adds.
 
         """
         s = self.settings
         q = s.standing_exponent if self.standing else s.walking_exponent
         t = np.maximum(np.asarray(times, dtype=np.float64), 0.0)
-        return self.steadiness, np.sqrt(s.floor**2 + (t[:, None] ** q * s.scale_array) ** 2)
+        habit = (t[:, None] ** q * class_tables(s).scales) ** 2
+        return self.steadiness, np.sqrt(s.floor**2 + habit + self._sensed(t)[:, None])
+
+    def _sensed(self, t: FloatArray) -> FloatArray:
+        """(K,) m², what measurement noise beyond `habitual_noise` leaves of doubt in the position `t` s ahead.
+
+        The scales were fitted to filtered tracks, so that the velocity error of an ordinary sensor is in them; adding
+        it once more doubles the spread of a steady walker at 5 s.
+        """
+        d = self.mean.size // 2
+        place, both, pace = (
+            float(np.trace(part)) / d for part in (self.noise[:d, :d], self.noise[:d, d:], self.noise[d:, d:])
+        )
+        share = max(0.0, 1.0 - self._habitual_variance() / pace) if pace > 0 else 0.0
+        return share * np.maximum(place + 2 * t * both + t**2 * pace, 0.0)
+
+    def _habitual_variance(self) -> float:
+        """m²/s² per axis, velocity noise of the settled filter behind a sensor of `habitual_noise`.
+
+        At high rates √2/4·q^¾·(r²Δt)^¼, a quarter of the variance of the settled continuous filter (the rest is the
+        walk); at low ones that of a difference of two positions.
+        """
+        s, dt = self.settings, float(self.history[0, 0] - self.history[1, 0])
+        if not dt > 0 or s.habitual_noise <= 0:  # NaN before the second observation
+            return 0.0
+        settled = math.sqrt(0.125) * s.acceleration_density**0.75 * (s.habitual_noise**2 * dt) ** 0.25
+        return min(settled, 2.0 * (s.habitual_noise / dt) ** 2)
 
 
 def meet(
@@ -136,7 +169,7 @@ def meet(
         start[d:, d:] = _usable(velocity_covariance, d, 0.3)
     history = np.full((_ROWS, 1 + 4 * d), np.nan)
     kernel.remember(history, float(time), mean, start, s.gap)
-    weights = np.exp(s.log_prior)
+    weights = np.exp(_log_prior(s, mean[d:], mean[d:]))
     return _frozen(
         s, float(time), mean, start, start.copy(), history, weights, 0.0, 0.0, _speed(mean), mean[d:], mean[d:]
     )
@@ -168,10 +201,11 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
     history = state.history.copy()
     kernel.filter_step(mean, cov, noise, dt, s.acceleration_density, z, r)
     kernel.remember(history, time, mean, noise, s.gap)
+    mean_velocity, ahead = _velocities(history, mean, s)
     weights = np.zeros(len(s.scales))
-    kernel.steadiness_evidence(history, s.scale_array, s.window, s.spacing, s.freedom, weights)
+    kernel.steadiness_evidence(history, class_tables(s).scales, s.window, s.spacing, s.freedom, weights)
     weights *= s.tempering
-    weights += s.log_prior
+    weights += _log_prior(s, mean[d:], mean_velocity)
     kernel.normalise_log(weights)
     share = min(dt / s.change_time, 1.0)
     kept = s.forgetting**share
@@ -179,8 +213,16 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
     changed = kept * state.changed + (share if moved else 0.0)
     unchanged = kept * state.unchanged + (0.0 if moved else share)
     top = max(_speed(mean) - math.sqrt(max(noise[d, d], 0.0)), state.top_speed * math.exp(-dt / s.top_speed_time))
-    mean_velocity, ahead = _velocities(history, mean, s)
     return _frozen(s, float(time), mean, cov, noise, history, weights, changed, unchanged, top, mean_velocity, ahead)
+
+
+def _standing(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray) -> bool:
+    return math.hypot(*velocity) < s.standing_speed and math.hypot(*mean_velocity) < s.standing_speed
+
+
+def _log_prior(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray) -> FloatArray:
+    tables = class_tables(s)
+    return tables.standing if _standing(s, velocity, mean_velocity) else tables.walking
 
 
 def _velocities(history: FloatArray, mean: FloatArray, s: HabitSettings) -> tuple[FloatArray, FloatArray]:

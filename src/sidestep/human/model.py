@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 from sidestep.errors import InvalidInput
+from sidestep.human.habit_settings import HabitSettings
 from sidestep.types import AwarenessOverHorizon, DangerDecay, Frame
 
 
@@ -43,6 +44,7 @@ class HumanModel:
         motion_filter: filter measured positions and learn habits (the next two fields need it); off in the paper.
         steadiness: learn online how steadily each person walks, and spread the prediction accordingly.
         online_randomness: learn ω online from how often the velocity changes.
+        habits: constants of what is learned online; fitted to tracks by `sidestep fit`.
     """
 
     walking_speed: float = 0.5
@@ -69,6 +71,7 @@ class HumanModel:
     motion_filter: bool = True
     steadiness: bool = True
     online_randomness: bool = True
+    habits: HabitSettings = field(default_factory=HabitSettings)
 
     __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
 

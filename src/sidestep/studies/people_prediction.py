@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from sidestep.human.model import HumanModel
-from sidestep.simulation.recordings import Recording
+from sidestep.simulation.recordings import Recording, Track
 from sidestep.studies.people_baseline import fit_baseline
+from sidestep.studies.people_features import Features, features
+from sidestep.studies.people_fit import MOST, fit_features
 from sidestep.studies.people_grid import Density, Score, masses, mean_scores, reach_of, score
-from sidestep.studies.people_samples import HORIZONS, Moment, Watcher, moments
+from sidestep.studies.people_samples import HORIZONS, PAST, Moment, Watcher, moments
 
 SCORED = (0.4, 1.2, 2.4, 3.6, 4.8)
 """Seconds ahead at which predictions are scored."""
+BASELINE = "constant-velocity"
+_INDICES = [HORIZONS.index(h) for h in SCORED]
+FOLD_ITERATIONS = 12  # of a fit that starts from a model for people like these
 FOLDS = 30  # more scenes than this are put together by the first part of their names
 NEGLIGIBLE = 1e-7  # mass of a lattice cell that is left out of the mixture
 
@@ -46,40 +52,121 @@ def prediction_study(
     recordings: Mapping[str, Recording],
     model: HumanModel,
     *,
+    kinds: Sequence[str] = ("ped",),
+    fitted: bool = False,
+    ablations: bool = False,
     every: float = 0.8,
+    most: int = 600,
+    seed: int = 0,
     progress: Callable[[int, int], object] | None = None,
 ) -> list[dict[str, Any]]:
-    """Score ours and the baseline, scene by scene; the baseline is fitted on the other scenes.
+    """Score ours and the baseline, scene by scene; what is fitted is fitted on the other scenes.
 
     Args:
         recordings: by scene.
         model: of the people.
+        kinds: of agents that are people.
+        fitted: also score the model as it comes out of the fit to the other scenes, "sidestep-fitted".
+        ablations: also score the model with one part taken away, "sidestep-no-…".
         every: s between the moments of a track.
+        most: about so many moments are scored, the same for everybody, of tracks chosen at random; 0: all.
+        seed: of that choice.
         progress: called with (scenes done, all scenes).
 
     Returns:
         Rows per scene (and "all"), predictor and horizon, JSON-able: nll (nat), brier, coverage_*, area_* (m²).
     """
     folds = fold_names(list(recordings))
-    indices = [HORIZONS.index(h) for h in SCORED]
     of_fold: dict[str, list[Moment]] = {}
     for scene, recording in recordings.items():
-        of_fold.setdefault(folds[scene], []).extend(moments(recording, model, every=every))
+        seen = moments(recording, model, kinds=kinds, every=every, expecting=False)
+        of_fold.setdefault(folds[scene], []).extend(seen)
     of_fold = {fold: found for fold, found in of_fold.items() if found}
-    watcher = Watcher(model)
+    chosen = _thinned(recordings, folds, kinds, every, most / max(len(of_fold), 1), seed)
     scores: dict[tuple[str, str, int], list[Score]] = {}
     for done, (fold, own) in enumerate(of_fold.items()):
-        others = [m for other, found in of_fold.items() if other != fold for m in found]
-        baseline = fit_baseline(others or own, HORIZONS, indices)
-        for moment in own:
-            ours = predict_moment(moment, watcher, indices)
-            for n, h in enumerate(SCORED):
-                truth = moment.future[indices[n]]
-                for name, density in (("sidestep", ours[n]), ("constant-velocity", baseline.predict(moment, n))):
-                    scores.setdefault((fold, name, n), []).append(score(masses(density, reach_of(h)), truth))
+        others = [m for other, found in of_fold.items() if other != fold for m in found] or own
+        models = {"sidestep": model}
+        if fitted:
+            models["sidestep-fitted"] = fit_features(_sample(others, seed), model, iterations=FOLD_ITERATIONS)
+        if ablations:
+            models |= ablated(model)
+        _score_ours(fold, [r for scene, r in chosen.items() if folds[scene] == fold], models, kinds, every, scores)
+        baseline = fit_baseline(others, HORIZONS, _INDICES)
+        scored = [m for s, r in chosen.items() if folds[s] == fold for m in _quick(r, model, kinds, every)]
+        for moment in scored:
+            for n in range(len(SCORED)):
+                _keep(scores, (fold, BASELINE, n), baseline.predict(moment, n), moment)
         if progress is not None:
             progress(done + 1, len(of_fold))
     return _rows(list(of_fold), scores)
+
+
+def ablated(model: HumanModel) -> dict[str, HumanModel]:
+    """Return the model with one part taken away each, by the name it has in tables."""
+    return {
+        "sidestep-no-steadiness": replace(model, steadiness=False),
+        "sidestep-fixed-randomness": replace(model, online_randomness=False),
+        "sidestep-no-filter": replace(model, motion_filter=False, steadiness=False, online_randomness=False),
+        "sidestep-noise-twice": replace(model, habits=replace(model.habits, habitual_noise=0.0)),
+    }
+
+
+def _score_ours(
+    fold: str,
+    recordings: Sequence[Recording],
+    models: Mapping[str, HumanModel],
+    kinds: Sequence[str],
+    every: float,
+    scores: dict[tuple[str, str, int], list[Score]],
+) -> None:
+    for name, model in models.items():
+        watcher = Watcher(model)
+        for recording in recordings:
+            for moment in moments(recording, model, kinds=kinds, every=every):
+                for n, density in enumerate(predict_moment(moment, watcher, _INDICES)):
+                    _keep(scores, (fold, name, n), density, moment)
+
+
+def _keep(
+    scores: dict[tuple[str, str, int], list[Score]], key: tuple[str, str, int], density: Density, moment: Moment
+) -> None:
+    n = key[2]
+    scores.setdefault(key, []).append(score(masses(density, reach_of(SCORED[n])), moment.future[_INDICES[n]]))
+
+
+def _quick(recording: Recording, model: HumanModel, kinds: Sequence[str], every: float) -> list[Moment]:
+    return moments(recording, model, kinds=kinds, every=every, expecting=False)
+
+
+def _sample(found: Sequence[Moment], seed: int) -> Features:
+    generator = np.random.Generator(np.random.PCG64(seed))
+    chosen = np.sort(generator.permutation(len(found))[:MOST])
+    return features([found[i] for i in chosen], _INDICES)
+
+
+def _thinned(
+    recordings: Mapping[str, Recording],
+    folds: Mapping[str, str],
+    kinds: Sequence[str],
+    every: float,
+    wanted: float,
+    seed: int,
+) -> dict[str, Recording]:
+    """The recordings with about `wanted` moments per fold, of tracks chosen at random (0: as they are)."""
+    if wanted <= 0:
+        return dict(recordings)
+    generator = np.random.Generator(np.random.PCG64(seed))
+    have: dict[str, float] = {}
+    kept: dict[str, list[Track]] = {}
+    every_track = [(scene, t) for scene, r in recordings.items() for t in r.of_kinds(kinds).tracks]
+    for i in generator.permutation(len(every_track)):
+        scene, track = every_track[int(i)]
+        long = track.time[-1] - track.time[0] - PAST - HORIZONS[-1]
+        if long >= 0 and have.get(folds[scene], 0.0) < wanted:
+            have[folds[scene]] = have.get(folds[scene], 0.0) + long / every + 1.0
+            kept.setdefault(scene, []).append(track)
+    return {scene: Recording(name=scene, tracks=tuple(tracks)) for scene, tracks in kept.items()}
 
 
 def fold_names(scenes: Sequence[str]) -> dict[str, str]:
@@ -92,7 +179,7 @@ def fold_names(scenes: Sequence[str]) -> dict[str, str]:
 def _rows(folds: Sequence[str], scores: Mapping[tuple[str, str, int], list[Score]]) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for scene in (*folds, "all"):
-        for name in ("sidestep", "constant-velocity"):
+        for name in dict.fromkeys(key[1] for key in scores):
             for n, horizon in enumerate(SCORED):
                 own = [s for fold in (folds if scene == "all" else (scene,)) for s in scores.get((fold, name, n), [])]
                 if own:

@@ -57,8 +57,10 @@ class Moment:
 class Watcher:
     """Sees one person after another, sample by sample, as the planner would where no robot is near."""
 
-    def __init__(self, model: HumanModel) -> None:
+    def __init__(self, model: HumanModel, *, expecting: bool = True) -> None:
+        """Watch with a model; without `expecting`, nobody's goals are weighed against what was expected (faster)."""
         self.model = model
+        self._expecting = expecting
         self._workspace = Workspace()
 
     def follow(self, track: Track) -> Iterator[tuple[float, Vector, Mind]]:
@@ -69,7 +71,7 @@ class Watcher:
             known = minds.meet(seen, self.model, t) if mind is None else minds.observe(mind, seen, t, STEP)
             yield t, position, known
             mind = known
-            if known.anchor is None:
+            if self._expecting and known.anchor is None:
                 ahead = self.ahead(known, 1)
                 mind = minds.expect(known, ahead.action_probabilities, ahead.velocities, t)
 
@@ -96,6 +98,7 @@ def moments(
     *,
     kinds: Sequence[str] = ("ped",),
     every: float = 0.8,
+    expecting: bool = True,
 ) -> list[Moment]:
     """Return the moments of one scene, every `every` s of each track that has past and future enough.
 
@@ -104,8 +107,9 @@ def moments(
         model: of the people, for what is learned of them; its `measurement_noise` is that of the recording.
         kinds: of agents that are people.
         every: s between the moments of a track.
+        expecting: see `Watcher`.
     """
-    watcher = Watcher(model)
+    watcher = Watcher(model, expecting=expecting)
     found: list[Moment] = []
     for track in recording.of_kinds(kinds).tracks:
         for part in without_gaps(track):
