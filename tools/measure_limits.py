@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +17,10 @@ import numpy as np
 from scipy.stats import binomtest
 
 import sidestep
+from sidestep.commands.provenance import provenance
 from sidestep.simulation.metrics import measure
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tools" / "site"))
-
-from machine import provenance  # noqa: E402
 
 PURSUIT = [{"time": 2.0 + 0.5 * k, "goal": "robot"} for k in range(16)]
 CASES: dict[str, dict[str, Any]] = {

@@ -23,6 +23,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "sidestep.commands.lab:lab",
         "a simulated laboratory: scanner, leg tracker, base; score or train the tracker",
     ),
+    "study": (
+        "sidestep.commands.study:study",
+        "several robots, safety filter, danger signal, unknown goals",
+    ),
     "live": ("sidestep.commands.live:live", "be the pedestrian: a page in the browser"),
     "animate": ("sidestep.commands.animate:animate", "a film of a recorded run"),
     "replay": ("sidestep.commands.replay:replay", "plan over a recording: predicted against actual positions"),

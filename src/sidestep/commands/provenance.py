@@ -7,11 +7,11 @@ import os
 import platform
 from pathlib import Path
 
-import sidestep
-
 
 def provenance(command: str) -> dict[str, str]:
     """Return date, machine, version and command, for a page of results."""
+    import sidestep
+
     return {
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
         "machine": f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}",

@@ -1,0 +1,82 @@
+"""`sidestep study`: a question, the same seeded episodes with and without, a table."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+
+def study(
+    name: str,
+    /,
+    *,
+    episodes: int | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    engine: str = "joblib",
+    out: Path = Path("results/studies"),
+    page: Path | None = None,
+    json: bool = False,
+) -> None:
+    """Run one study; finished pieces are kept and not run again.
+
+    Args:
+        name: robots (several robots), filter (the safety filter around others), signal (the danger signal) or goals
+            (unknown goals).
+        episodes: per arm; as many as the study asks for unless given.
+        seed: of the first episode.
+        workers: processes; all cores by default.
+        engine: joblib (this machine) or ray (a cluster).
+        out: folder for results and finished pieces.
+        page: JSON file to write for the pages of evidence.
+        json: print one JSON object and nothing else.
+    """
+    from sidestep.commands.console import emit_json, plain, show, table
+    from sidestep.commands.reproduction import progress_bar
+    from sidestep.io.checkpoints import Checkpoints
+    from sidestep.io.files import ready_folder
+    from sidestep.studies.arms import run_study, studies
+
+    folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
+    with progress_bar(name) as tell:
+        found = run_study(
+            name,
+            episodes=episodes,
+            seed=seed,
+            workers=jobs,
+            engine=engine,
+            store=Checkpoints(folder / "pieces"),
+            progress=tell,
+        )
+    asked = studies()[name]
+    rows, remarks = asked.rows(found), asked.remarks(found)
+    result: dict[str, Any] = {
+        "study": name,
+        "table": [dict(zip(asked.header, row, strict=True)) for row in rows],
+        "remarks": remarks,
+        "episodes": found,
+    }
+    _write(folder / f"{name}.json", plain(result))
+    if page is not None:
+        from sidestep.commands.provenance import provenance
+
+        count = len(next(iter(next(iter(found.values())).values())))
+        table_ = {"title": "Results", "header": list(asked.header), "rows": rows}
+        whole = {"title": asked.title, "lead": [asked.lead], "tables": [table_], "remarks": remarks}
+        _write(page, plain(whole | provenance(f"sidestep study {name} --episodes {count}")))
+    if json:
+        emit_json(result)
+        return
+    table([[str(cell) for cell in row] for row in rows], title=asked.title, header=asked.header)
+    for line in remarks:
+        show(line)
+
+
+def _write(path: Path, data: Any) -> None:
+    import json as text
+
+    from sidestep.io.files import written
+
+    with written(path) as file:
+        file.write((text.dumps(data, ensure_ascii=False, indent=1) + "\n").encode())
