@@ -1,0 +1,101 @@
+"""Studies with and without something: seeded, resumable, and what each of them claims."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from sidestep.cli import BAD_INPUT, execute
+from sidestep.io.checkpoints import Checkpoints
+from sidestep.safety_filter import SafetyFilter
+from sidestep.simulation.assembly import planner_of
+from sidestep.simulation.loop import simulate
+from sidestep.studies import hidden_goals, robots, signalling
+from sidestep.studies.arms import run_study, studies
+from sidestep.studies.conditions import conditions
+from sidestep.studies.filtering import BlindStraight, Guarded
+from sidestep.studies.opponents import trip_of
+
+
+def _same(one, other):
+    assert one.keys() == other.keys()
+    for arm in one:
+        for name, values in one[arm].items():
+            np.testing.assert_array_equal(values, other[arm][name])
+
+
+@pytest.mark.slow
+def test_a_hidden_goal_is_as_good_as_a_known_one_within_five_steps():
+    found = run_study("goals", episodes=40)
+    told, hidden = hidden_goals.means(found)
+    assert told[0] - hidden[0] > 0.5  # it was hidden: four places all around
+    assert (told[5:] - hidden[5:] < 0.05).all()
+    sure = [found[hidden_goals.HIDDEN][f"seen_{k}"] for k in range(hidden_goals.STEPS)]
+    assert np.isfinite(sure).all()
+
+
+def test_numbers_do_not_depend_on_interruptions(tmp_path):
+    kept = run_study("goals", episodes=3, store=Checkpoints(tmp_path))
+    assert list(tmp_path.iterdir())
+    _same(kept, run_study("goals", episodes=3, store=Checkpoints(tmp_path)))
+    _same(kept, run_study("goals", episodes=3))
+
+
+def test_every_study_has_a_row_per_arm_as_long_as_its_header():
+    for study in studies().values():
+        assert study.header
+        assert study.episodes >= 100
+    assert set(studies()) == {"robots", "filter", "signal", "goals"}
+
+
+@pytest.mark.slow
+def test_robots_that_announce_do_not_touch_and_others_would():
+    found = run_study("robots", episodes=4)
+    told, unaware = found["announced"], found["unaware of each other"]
+    assert not told["robot_contact"].any()
+    assert (told["robot_min_distance"] >= 0.6).all()
+    assert unaware["robot_contact"].any()
+    assert len(robots.ROBOTS.rows(found)[0]) == len(robots.ROBOTS.header)
+
+
+@pytest.mark.slow
+def test_a_signal_that_is_heeded_makes_people_concerned_and_saves_time():
+    found = run_study("signal", episodes=6)
+    assert found[signalling.WITH]["heeded"].any()
+    assert not found[signalling.WITHOUT]["heeded"].any()
+    mean, low, high = signalling.gain(found)
+    assert low <= mean <= high
+    assert len(signalling.SIGNAL.rows(found)[0]) == len(signalling.SIGNAL.header)
+
+
+def test_the_filter_keeps_a_blind_controller_from_driving_into_people():
+    touched = {False: 0, True: 0}
+    for seed in range(3):
+        scenario = conditions()["crossing"].scenario(seed)
+        blind = BlindStraight(trip_of(scenario))
+        guard = Guarded(blind, SafetyFilter(planner_of(scenario)))
+        for guarded, navigator in ((False, blind), (True, guard)):
+            record = simulate(scenario, navigator=navigator, snapshots=0)
+            gaps = np.linalg.norm(record.people_positions - record.robot_positions[:, None], axis=2)
+            touched[guarded] += bool((gaps < 0.6).any())
+        assert 0 < guard.interfered < guard.calls  # lets through what is safe
+    assert touched[True] == 0
+    assert touched[False] > 0
+
+
+def test_the_command_writes_a_table_and_a_page(tmp_path, capsys):
+    page = tmp_path / "page.json"
+    options = ["--episodes", "4", "--workers", "1", "--out", str(tmp_path), "--page", str(page), "--json"]
+    assert execute(["study", "goals", *options]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert len(result["table"]) == hidden_goals.STEPS
+    written = json.loads(page.read_text())
+    assert written["command"] == "sidestep study goals --episodes 4"
+    assert all(len(row) == len(written["tables"][0]["header"]) for row in written["tables"][0]["rows"])
+
+
+def test_a_misspelt_study_is_named_with_the_nearest(tmp_path, capsys):
+    assert execute(["study", "robot", "--out", str(tmp_path)]) == BAD_INPUT
+    assert "robots" in capsys.readouterr().err
