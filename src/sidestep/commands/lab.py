@@ -14,6 +14,7 @@ def lab(
     planner_rate: float = 2.0,
     latency: float = 0.0,
     dropout: float = 0.0,
+    goals: Literal["known", "candidates", "unknown"] = "known",
     seeds: int = 1,
     seed: int = 0,
     kinematic: Annotated[bool, Parameter(negative="")] = False,
@@ -33,6 +34,8 @@ def lab(
         planner_rate: Hz.
         latency: ms, from the end of a scan until the planner has it.
         dropout: share of the scans that never arrive.
+        goals: what the planner knows of where someone who walks is going: the place, as in the paper, four places
+            of which one is right, or nothing.
         seeds: rooms, each with another crossing.
         seed: of the first room.
         kinematic: without MuJoCo: the base follows its commands exactly.
@@ -50,11 +53,23 @@ def lab(
         raise InvalidInput("--labelled", [str(path) for path in labelled], "only together with --train FILE.npz")
     if train is not None and score is not None:
         raise InvalidInput("--score", str(score), "only without --train", "train first, then score with --classifier")
-    from sidestep.commands import lab_tracker
+    if train is not None or score is not None:
+        from sidestep.commands import lab_tracker
 
-    if train is not None:
-        lab_tracker.train(train, labelled, seed=seed, json=json)
-    elif score is not None:
-        lab_tracker.score(score, classifier, json=json)
-    else:
-        raise InvalidInput("lab", "neither --score nor --train", "one of them")
+        if train is not None:
+            lab_tracker.train(train, labelled, seed=seed, json=json)
+        elif score is not None:
+            lab_tracker.score(score, classifier, json=json)
+        return
+    from sidestep.commands import lab_runs
+    from sidestep.simulation.lab_room import LabSettings
+
+    settings = LabSettings(
+        planner_rate=planner_rate,
+        latency=latency / 1e3,
+        dropout=dropout,
+        goals=goals,
+        physics="kinematic" if kinematic else "mujoco",
+        seed=seed,
+    )
+    lab_runs.drive(settings, human=human, seeds=seeds, workers=workers, classifier=classifier, out=out, json=json)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sidestep.human.observation import PersonObservation
+from sidestep.obstacles import Obstacles
 from sidestep.perception.association import STRIDE, assign_legs, pair_legs
 from sidestep.perception.classifier import LegClassifier, load_classifier
 from sidestep.perception.clutter import ClutterMap
@@ -34,6 +35,7 @@ class TrackerSettings:
         patience: s that a person is predicted without being seen, though nothing hides them.
         patience_hidden: s, where something nearer hides them or they left the field of view.
         own_body: m; what is nearer to the scanner is the robot itself.
+        map_margin: m; what lies this near to a wall of the map, or inside it, is taken for the wall.
     """
 
     agility: float = 2.5
@@ -50,6 +52,7 @@ class TrackerSettings:
     patience: float = 0.9
     patience_hidden: float = 2.0
     own_body: float = 0.25
+    map_margin: float = 0.1
 
 
 _CAP = 3.0
@@ -60,6 +63,7 @@ _HOPELESS = -2.5  # score at which a track is given up
 _LOST = 1.2  # m; standard deviation at which a track is given up: about 1.1 s in the shade of something
 _MOVED = 0.5  # m from where a track began: something that stands does not seem to get there
 _SAME = 0.3  # m; two tracks this near are one person
+_FASTEST = 3.5  # m/s; what seems to move faster is two things taken for one
 _FIRST_SPEED = 1.0  # m/s; standard deviation of an unknown velocity
 _LONGEST_GAP = 3.0  # s without scans after which all is forgotten
 _BOTH = 0.5
@@ -69,11 +73,23 @@ class Tracker:
     """People in consecutive scans of one scanner.
 
     Positions are in the fixed frame of `Scan.pose`; in the scanner's own, where scans bring no pose.
+
+    Args:
+        classifier: of what is seen; None: the one that comes with the package.
+        settings: how to judge; None: the defaults.
+        walls: a map in the fixed frame: furniture that is on it is nobody's leg. None: there is no map.
     """
 
-    def __init__(self, *, classifier: LegClassifier | None = None, settings: TrackerSettings | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        classifier: LegClassifier | None = None,
+        settings: TrackerSettings | None = None,
+        walls: Obstacles | None = None,
+    ) -> None:
         self.settings = TrackerSettings() if settings is None else settings
         self._classifier = load_classifier() if classifier is None else classifier
+        self._walls = walls
         self.reset()
 
     def reset(self) -> None:
@@ -104,6 +120,8 @@ class Tracker:
         evidence = np.clip(legs.leg, -_CAP, _CAP)
         if fixed:
             evidence -= self.settings.still_weight * self.clutter.standing(legs.positions)
+        if self._walls is not None and scan.pose is not None and len(legs):
+            evidence[~self._walls.free(legs.positions, self.settings.map_margin)] = -_CAP
         taken = assign_legs(self.tracks, legs, evidence)
         self._correct(legs, taken)
         self._judge(scan, evidence, taken, duration)
@@ -181,7 +199,10 @@ class Tracker:
         tracks.person = np.where(tracks.person, tracks.score > s.reject, accepted)
         patience = np.where(tracks.person, s.patience, _TENTATIVE_PATIENCE)
         known = tracks.covariance[:, 0] < _LOST**2
-        tracks.keep((tracks.unseen < patience) & (tracks.score > _HOPELESS) & known)
+        likely = np.hypot(*tracks.velocity.T) < _FASTEST
+        if self._walls is not None and scan.pose is not None and len(tracks):
+            likely &= self._walls.free(tracks.position)
+        tracks.keep((tracks.unseen < patience) & (tracks.score > _HOPELESS) & known & likely)
 
     def _begin(self, legs: LegCandidates, evidence: FloatArray, taken: IntArray) -> None:
         """Begin a track with each pair of legs, and with each single one, that no track has taken."""

@@ -32,18 +32,22 @@ class LabRun:
         settings: of the run.
         record: as of any run; beliefs are those about the track that stood for each person.
         tracking: CLEAR MOT of people as the planner was told of them.
-        reactions: decisions at which a concerned and an unconcerned person in this place would have done different
-            things: without any, nobody can tell them apart.
+        reactions: s, instants of decisions at which a concerned and an unconcerned person in this place would have done
+            different things: without any, nobody can tell them apart.
         scans: measured; arrived: that reached the planner's computer.
+        scan_age: s, mean age, at the planning instants, of the newest scan that the tracker had.
+        drift: m, by which the robot's own idea of its place was off in the end.
         bumped: s during which the base touched furniture (MuJoCo only).
     """
 
     settings: LabSettings
     record: Record
     tracking: MotScore
-    reactions: int
+    reactions: tuple[float, ...]
     scans: int
     arrived: int
+    scan_age: float
+    drift: float
     bumped: float
 
 
@@ -85,9 +89,11 @@ def run_lab(settings: LabSettings, *, classifier: LegClassifier | None = None, s
         settings=settings,
         record=record,
         tracking=loop.senses.check.score(),
-        reactions=sum(person.reactions for person in loop.people if isinstance(person, LabWalker)),
+        reactions=tuple(t for person in loop.people if isinstance(person, LabWalker) for t in person.reactions),
         scans=loop.senses.scans,
         arrived=loop.senses.arrived,
+        scan_age=float(np.mean(loop.ages)),
+        drift=float(np.hypot(*(loop.senses.odometry.pose - loop.senses.true_pose)[:2])),
         bumped=0.0 if base is None else base.bumped,
     )
 
@@ -109,6 +115,7 @@ class _Lab(Run):
         kinds = {"concerned": LabWalker, "unconcerned": LabWalker}
         super().__init__(room.scenario, kinds=kinds, snapshots=snapshots)
         self._base = base
+        self.ages: list[float] = []
         self.senses = LabSenses(
             settings,
             room,
@@ -128,6 +135,7 @@ class _Lab(Run):
         """Ask the planner, which knows the robot by its odometry; seconds of wall clock that it took."""
         began = clock.perf_counter()
         here = self.senses.believed(self.state)
+        self.ages.append(now - self.senses.tracker.time)
         self.motion = self.navigator.step(time=now, robot=here, people=observations)
         spent = clock.perf_counter() - began
         self.planned_at = now
@@ -139,6 +147,10 @@ class _Lab(Run):
         after = super()._moved(step) if base is None else base.drive(self.motion.velocity, self.state, step)
         self.senses.move(after)
         return after
+
+    def _arrived(self, state: RobotState) -> bool:
+        """Whether the robot is at its goal as far as it knows: the goal is given in the frame of its odometry."""
+        return super()._arrived(self.senses.believed(state))
 
 
 class _LabRecorder(Recorder):

@@ -20,12 +20,13 @@ class LabWalker(ModelWalker):
     Arguments as for `ModelWalker`.
 
     Attributes:
-        reactions: decisions in which no action is best for a concerned and for an unconcerned person alike.
+        reactions: s, instants of the decisions in which no action is best for a concerned and for an unconcerned
+            person alike.
     """
 
     def __init__(self, scenario: Scenario, index: int, generator: np.random.Generator) -> None:
         super().__init__(scenario, index, generator)
-        self.reactions = 0
+        self.reactions: list[float] = []
 
     def choose(self, around: Surroundings) -> Vector:
         """Return the velocity until the next decision."""
@@ -36,5 +37,6 @@ class LabWalker(ModelWalker):
                 lattice = self._lattice(around.time_step)
                 best.append(self._deliberate(lattice, around, self._free(lattice, around), 0.0))
             self.awareness = own
-            self.reactions += not np.any((best[0] > 0) & (best[1] > 0))
+            if not np.any((best[0] > 0) & (best[1] > 0)):
+                self.reactions.append(around.time)
         return super().choose(around)

@@ -31,6 +31,8 @@ class LabSettings:
         planner_rate: Hz; 20 divided by a whole number.
         latency: s, from the end of a scan until the planner's computer has it.
         dropout: probability that a scan never arrives.
+        goals: what the planner is told of where someone who walks is heading: "known", the place, as in the paper;
+            "candidates", four places, one of them the right one; or "unknown".
         physics: "kinematic", or "mujoco": wheels, contacts, and MuJoCo's own rays.
         seed: of everything random.
     """
@@ -39,6 +41,7 @@ class LabSettings:
     planner_rate: float = 2.0
     latency: float = 0.0
     dropout: float = 0.0
+    goals: Literal["known", "candidates", "unknown"] = "known"
     physics: Literal["kinematic", "mujoco"] = "kinematic"
     seed: int = 0
 
@@ -52,6 +55,8 @@ class LabSettings:
             raise InvalidInput("lab.latency", self.latency, "0 to 2 s (0 to 2000 ms)")
         if not 0 <= self.dropout < 1:
             raise InvalidInput("lab.dropout", self.dropout, "a probability from 0 to below 1")
+        if self.goals not in ("known", "candidates", "unknown"):
+            raise InvalidInput("lab.goals", self.goals, "known, candidates or unknown")
         if self.physics not in ("kinematic", "mujoco"):
             raise InvalidInput("lab.physics", self.physics, "kinematic or mujoco")
 
@@ -63,7 +68,8 @@ class LabRoom:
     Attributes:
         scene: what a scanner sees at its height (the legs of a table).
         scenario: the run; its walls are what stands in the way (the whole table).
-        destinations: (x, y) m, places that people who walk through this room may be heading for.
+        destinations: (x, y) m, places that people who walk through this room may be heading for; the first is where
+            the one who crosses is going.
     """
 
     scene: Scene

@@ -14,6 +14,7 @@ from sidestep.perception.classifier import LegClassifier
 from sidestep.perception.scan import Scan
 from sidestep.perception.tracks import Tracker
 from sidestep.robots import RobotState
+from sidestep.simulation.assembly import obstacles_of
 from sidestep.simulation.gait import Gait
 from sidestep.simulation.lab_check import TrackerCheck, pose_of
 from sidestep.simulation.lab_room import LabRoom, LabSettings
@@ -23,6 +24,7 @@ from sidestep.simulation.scene import Scene
 from sidestep.types import FloatArray, Vector
 
 _WARM_UP = 2.0  # s that the robot looks around before it sets out
+_WALKS, _LINGERS = 0.35, 1.5  # m/s, s; who was slower than this for longer than that stands
 _SLIP = 0.01  # of the way, and of the turn: standard deviation of each odometry step's error
 _TURN_PER_METRE = 0.01  # rad/m^½; heading error that driving adds
 
@@ -82,7 +84,7 @@ class LabSenses:
     """Stands where a run has its sensor: what it returns comes out of the tracker.
 
     A scan takes 0.1 s; it is complete at its end, travels `latency` s and may get lost. People are then predicted to
-    the present by the tracker. Of someone who was seen to walk, the planner also knows where people go in this room.
+    the present by the tracker.
 
     Args:
         settings: latency and drop-outs.
@@ -109,6 +111,8 @@ class LabSenses:
     ) -> None:
         self._settings = settings
         self._rays = rays
+        self._destinations = room.destinations
+        self._walked: dict[str, float] = {}  # s, when each track was last seen to walk
         self._walking = replace(room.scenario.human, goals=room.destinations)
         self._people = people
         self._generator = generator
@@ -123,7 +127,7 @@ class LabSenses:
         self._scan_time = -np.inf
         self._last_bodies = np.zeros((len(people), 2))
         self._on_the_way: deque[tuple[float, Scan]] = deque()
-        self.tracker = Tracker(classifier=classifier)
+        self.tracker = Tracker(classifier=classifier, walls=obstacles_of(room.scenario))
         self.check = TrackerCheck(room.scene)
         self.scans, self.arrived = 0, 0
 
@@ -131,6 +135,7 @@ class LabSenses:
         """Look around before the run."""
         for k in range(-round(_WARM_UP / step), 0):
             self._look(k * step)
+        self.scans = self.arrived = 0
 
     def observe(self, time: float, robot: Vector, people: Sequence[Person]) -> list[PersonObservation]:
         """Return who is there at `time` (s), as far as the tracker can tell."""
@@ -138,17 +143,27 @@ class LabSenses:
         found = self.tracker.people(time)
         if time == self._scan_time:
             self.check.update(found, self.odometry.pose, self.true_pose, self._last_bodies)
-        return [self._with_destinations(person) for person in found]
+        return [self._with_destination(person, time) for person in found]
 
-    def _with_destinations(self, person: PersonObservation) -> PersonObservation:
-        """Return the observation, with the places to go where the person was seen to walk."""
-        if not self.tracker.has_moved(person.id):
+    def _with_destination(self, person: PersonObservation, time: float) -> PersonObservation:
+        """Return the observation, with what is known of where someone who walks is going.
+
+        Who stands is not said to be on the way anywhere: furniture that is mistaken for a person is not, and someone
+        who stays at their goal would else be expected to set out again at any moment.
+        """
+        known = self._settings.goals
+        if known == "unknown" or not self.tracker.has_moved(person.id):
+            return person
+        if person.velocity is not None and np.hypot(*person.velocity) > _WALKS:
+            self._walked[person.id] = time
+        if known == "candidates" and time - self._walked.get(person.id, -np.inf) > _LINGERS:
             return person
         return PersonObservation(
             id=person.id,
             position=person.position,
             velocity=person.velocity,
-            model=self._walking,
+            goal=self._destinations[0] if known == "known" else None,
+            model=self._walking if known == "candidates" else None,
             position_covariance=person.position_covariance,
             velocity_covariance=person.velocity_covariance,
         )

@@ -250,7 +250,11 @@ class Run:
         before, self.places = self.places, self._places(then)
         self.drift = (self.places - before) / step
         self.recorder.instant(then, self.state.position, self.state.heading, self.places)
-        points = (self.state.position, self.robot.reference(self.state))
+        return self._arrived(self.state)
+
+    def _arrived(self, state: RobotState) -> bool:
+        """Whether a robot in this state is at its goal: its middle, or the point that follows the plan."""
+        points = (state.position, self.robot.reference(state))
         return min(float(np.linalg.norm(p - self.goal)) for p in points) <= self.scenario.robot.goal_tolerance
 
     @property
