@@ -144,7 +144,7 @@ class _Lab(Run):
     def _moved(self, step: float) -> RobotState:
         """The robot's true state one control step later."""
         base = self._base
-        after = super()._moved(step) if base is None else base.drive(self.motion.velocity, self.state, step)
+        after = super()._moved(step) if base is None else base.drive(self._in_force.velocity, self.state, step)
         self.senses.move(after)
         return after
 
