@@ -53,6 +53,7 @@ def test_every_study_has_a_row_per_arm_as_long_as_its_header():
 @pytest.mark.slow
 def test_robots_that_announce_do_not_touch_and_others_would():
     found = run_study("robots", episodes=4)
+    assert {arm: len(c["reached"]) for arm, c in found.items()} == {"announced": 4, "unaware of each other": 1}
     told, unaware = found["announced"], found["unaware of each other"]
     assert not told["robot_contact"].any()
     assert (told["robot_min_distance"] >= 0.6).all()

@@ -24,7 +24,7 @@ def study(
     Args:
         name: robots (several robots), filter (the safety filter around others), signal (the danger signal) or goals
             (unknown goals).
-        episodes: per arm; as many as the study asks for unless given.
+        episodes: per arm (of controls a tenth); as many as the study asks for unless given.
         seed: of the first episode.
         workers: processes; all cores by default.
         engine: joblib (this machine) or ray (a cluster).
@@ -61,7 +61,7 @@ def study(
     if page is not None:
         from sidestep.commands.provenance import provenance
 
-        count = len(next(iter(next(iter(found.values())).values())))
+        count = asked.episodes if episodes is None else episodes
         table_ = {"title": "Results", "header": list(asked.header), "rows": rows}
         whole = {"title": asked.title, "lead": [asked.lead], "tables": [table_], "remarks": remarks}
         _write(page, plain(whole | provenance(f"sidestep study {name} --episodes {count}")))

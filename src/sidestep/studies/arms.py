@@ -26,6 +26,7 @@ class Study:
         name, title: for commands and tables.
         lead: what is compared, in a few sentences.
         arms: name of an arm → its episode.
+        episodes: of each arm, unless asked otherwise; controls: arms of which a tenth is enough, and not paired.
         piece: episodes that are done, kept and lost together.
         header, rows: of the table; rows from the numbers of every arm (arm → column → (E,)).
         remarks: (numbers) → what must be said beside the table.
@@ -40,6 +41,11 @@ class Study:
     remarks: Callable[[Mapping[str, Mapping[str, FloatArray]]], list[str]]
     episodes: int
     piece: int = 20
+    controls: frozenset[str] = frozenset()
+
+    def count(self, arm: str, episodes: int) -> int:
+        """Return how many of `episodes` an arm gets."""
+        return -(-episodes // 10) if arm in self.controls else episodes
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +107,10 @@ def run_study(
     if count < 1:
         raise InvalidInput("episodes", count, "an integer ≥ 1")
     pieces = [
-        ArmPiece(name, arm, k, min(k + study.piece, count), seed)
+        ArmPiece(name, arm, k, min(k + study.piece, study.count(arm, count)), seed)
         for k in range(0, count, study.piece)
         for arm in study.arms
+        if k < study.count(arm, count)
     ]
     found: dict[str, Any] = {}
     for piece in pieces:
@@ -111,7 +118,7 @@ def run_study(
         if kept is not None:
             found[piece.name] = kept
     left = [p for p in pieces if p.name not in found]
-    everything = count * len(study.arms)
+    everything = sum(p.stop - p.start for p in pieces)
     done = everything - sum(p.stop - p.start for p in left)
     for piece, rows in run_pieces(work, left, workers=workers, engine=engine):
         found[piece.name] = rows

@@ -121,4 +121,5 @@ ROBOTS = Study(
     rows=_rows,
     remarks=_remarks,
     episodes=1000,
+    controls=frozenset({"unaware of each other"}),
 )  # fmt: skip
