@@ -28,6 +28,13 @@ def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     found = json.loads(capsys.readouterr().out)["calibration"]
     assert set(found) == {"in_model", "social_force", "goal_switch", "noise"}
     assert all(0 <= kind["ece"] <= 1 and kind["n"] > 0 for kind in found.values())
+    assert (tmp_path / "calibration.png").stat().st_size > 10_000
+    page = tmp_path / "page.json"
+    assert execute(["evaluate", *options, "--page", str(page)]) == 0  # from the pieces that are there
+    assert json.loads(capsys.readouterr().out)["calibration"] == found
+    written = json.loads(page.read_text())
+    assert len(written["tables"]) == 5
+    assert all(len(row) == len(t["header"]) for t in written["tables"] for row in t["rows"])
 
 
 @pytest.mark.parametrize(

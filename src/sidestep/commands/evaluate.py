@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 FULL, QUICK = 200, 20
-CALIBRATION_FULL, CALIBRATION_QUICK = 2000, 60
+CALIBRATION_FULL, CALIBRATION_QUICK = 3400, 60  # of 15 steps each: more than 50,000
 
 
 def evaluate(
@@ -24,6 +24,7 @@ def evaluate(
     engine: str = "joblib",
     address: str | None = None,
     out: Path = Path("results/evaluation"),
+    page: Path | None = None,
     json: bool = False,
 ) -> None:
     """Run many episodes and print rates with exact intervals; finished pieces are kept and not run again.
@@ -42,12 +43,12 @@ def evaluate(
         engine: joblib (this machine) or ray (a cluster).
         address: of the Ray cluster.
         out: folder for results.json and finished pieces.
+        page: JSON file to write for the pages of evidence, with the figure in ../../figures (calibration).
         json: print one JSON object and nothing else.
     """
     import json as text
 
     from sidestep.commands.console import emit_json, plain, table
-    from sidestep.commands.reproduction import progress_bar
     from sidestep.io.files import ready_folder, written
 
     folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
@@ -57,11 +58,10 @@ def evaluate(
         rows = [[", ".join(f"{k} {_short(v)}" for k, v in row.items() if not isinstance(v, list))] for row in found]
         header: tuple[str, ...] = ("recorded people",)
     elif calibration:
-        from sidestep.studies.calibration import calibration_study
+        from sidestep.commands.calibration import calibrated
 
         count = episodes or (CALIBRATION_QUICK if quick else CALIBRATION_FULL)
-        with progress_bar("calibration") as tell:
-            found = calibration_study(episodes=count, seed=seed, workers=jobs, engine=engine, progress=tell)
+        found = calibrated(count, seed, jobs, engine, folder, page)
         result: dict[str, Any] = {"calibration": found}
         rows = [[k, f"{v['ece']:.4f}", f"{v['brier']:.4f}", str(v["n"]), str(v["steps"])] for k, v in found.items()]
         header = ("people", "expected calibration error", "Brier", "pairs", "steps")

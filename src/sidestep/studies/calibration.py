@@ -26,12 +26,13 @@ from sidestep.simulation.loop import simulate
 from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario
 from sidestep.studies.engines import run_pieces
+from sidestep.studies.evaluate import Store
 from sidestep.studies.statistics import calibration_bins, expected_calibration_error
 from sidestep.types import BoolArray, FloatArray, frozen_array
 
 EDGES = np.array([0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
 HORIZON, TIME_STEP = 5, 0.5
-EPISODES_PER_PIECE = 10
+EPISODES_PER_PIECE = 20
 LENGTH = 6.0  # m, of a trip
 
 
@@ -43,6 +44,11 @@ class CalibrationPiece:
     start: int
     stop: int
     seed: int
+
+    @property
+    def name(self) -> str:
+        """What it is kept under."""
+        return f"calibration--{self.kind}--{self.seed}--{self.start}-{self.stop}"
 
 
 class Committed:
@@ -78,6 +84,7 @@ def calibration_study(
     workers: int = 1,
     engine: str = "joblib",
     kinds: Sequence[str] = ("in_model", "social_force", "goal_switch", "noise"),
+    store: Store | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> dict[str, dict[str, Any]]:
     """Compare predictions with outcomes for each kind of people.
@@ -87,6 +94,7 @@ def calibration_study(
         seed: base of all seeds.
         workers, engine: see `run_pieces`.
         kinds: "in_model" is drawn from the predictor's own model; the others are not.
+        store: where finished pieces are kept and looked for.
         progress: called with (episodes done, all episodes).
 
     Returns:
@@ -98,9 +106,17 @@ def calibration_study(
         for k in range(0, episodes, EPISODES_PER_PIECE)
     ]
     found: dict[CalibrationPiece, tuple[FloatArray, BoolArray, int]] = {}
-    done = 0
-    for piece, predicted, happened, steps in run_pieces(pairs_of_piece, pieces, workers=workers, engine=engine):
+    for piece in pieces:
+        kept = None if store is None else store.load(piece.name)
+        if kept is not None:
+            found[piece] = np.array(kept["predicted"]), np.array(kept["happened"], dtype=bool), kept["steps"]
+    left = [p for p in pieces if p not in found]
+    done = sum(p.stop - p.start for p in found)
+    for piece, predicted, happened, steps in run_pieces(pairs_of_piece, left, workers=workers, engine=engine):
         found[piece] = predicted, happened, steps
+        if store is not None:
+            kept = {"predicted": predicted.tolist(), "happened": happened.tolist(), "steps": steps}
+            store.keep(piece.name, kept)
         done += piece.stop - piece.start
         if progress is not None:
             progress(done, episodes * len(kinds))
