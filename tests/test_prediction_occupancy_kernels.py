@@ -106,14 +106,16 @@ def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> Non
     section = rows_of(d, width)
     for plain in (False, True):
         if plain:
-            for name in ("_scatter", "_share_out", "_read_choice", "_read_odds", "row_span"):
+            for name in ("_move", "_run", "_spans", "row_span"):
                 monkeypatch.setattr(push, name, getattr(push, name).py_func)
-        kernel = push.push_choices.py_func if plain else push.push_choices
+            monkeypatch.setattr(push, "lowest_bit", lambda mask: (int(mask) & -int(mask)).bit_length() - 1)
+        compiled = push.push_odds if kind == "odds" else push.push_choices
+        kernel = compiled.py_func if plain else compiled
+        given = (np.ascontiguousarray(odds.T),) if kind == "odds" else (masks, 1)
         field = mass.copy()
         kernel(
-            field, 0, 0, radius, CENTRE, masks, 1, np.ascontiguousarray(odds.T), 0, radius, mixture, 0.6, d, section,
-            section, 2 * section, 2 * CENTRE, np.zeros((4, COLUMNS)),
-        )  # fmt: skip
+            field, 0, 0, radius, CENTRE, *given, 0, radius, mixture, 0.6, d, section, section, 2 * section, 2 * CENTRE
+        )
         np.testing.assert_allclose(dense(field, section, d), 2 * expected, atol=1e-14)  # free and living fell together
         np.testing.assert_allclose(halves(field, d), halfway, atol=1e-14)
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.bits import lowest_bit
 from sidestep._kernels.push_sections import row_span
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_choices import WORD
@@ -105,6 +106,75 @@ def push_choices(
     centre: int,
     masks: IntArray,
     words: int,
+    offset: int,
+    box: int,
+    mixture: FloatArray,
+    share: float,
+    dimension: int,
+    to_section: int,
+    to_living: int,
+    to_half: int,
+    half_centre: int,
+) -> None:
+    """Move `share` of the mass along chosen actions (see `sweep_choices`); a cell's choices share it evenly (Eq. 5).
+
+    Cells of a row that choose alike lie together; such a run is moved at once, action by action.
+
+    Args:
+        field: all mass.
+        section: free mass, read on the box of `radius`.
+        living: living mass, moved alongside; < 0: none.
+        radius: of the box with mass.
+        centre: index of the anchor in these sections.
+        masks: (words or 2·words, cells), see `sweep_choices.Choices`.
+        words: rows of `masks` that hold all actions once.
+        offset: column of `masks` where the box of these choices begins.
+        box: its radius.
+        mixture: (3, T, T) what a chosen component stands for.
+        share: of the mass that moves this way.
+        dimension: d.
+        to_section: where free mass is added.
+        to_living: where living mass is added; < 0: not wanted.
+        to_half: where mid-step mass is added; < 0: not wanted.
+        half_centre: index of its anchor, in dense columns.
+    """
+    count = mixture.shape[1]
+    rows = row_count(centre, dimension)
+    c0, c1 = axis_radius(centre, dimension)
+    b0, b1 = axis_radius(radius, dimension)
+    x0, x1 = axis_radius(box, dimension)
+    r0, r1 = axis_radius(count // 2, dimension)
+    spans = _spans(mixture)
+    for i0 in range(-b0, b0 + 1):
+        for i1 in range(-b1, b1 + 1):
+            row = section + (c0 + i0) * rows + c1 + i1
+            lo, hi = row_span(field, row, centre - radius, centre + radius + 1)
+            first = offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * box + 1) + box - centre
+            while lo < hi:
+                stop, chosen = _run(masks, first + lo, first + hi)
+                part = share / chosen
+                for word in range(masks.shape[0]):
+                    left = masks[word, first + lo]
+                    while left != 0:
+                        a = word % words * WORD + lowest_bit(left)
+                        left &= left - 1
+                        u0 = a // count // (2 * r1 + 1) + count // 2 - r0
+                        u1 = a // count % (2 * r1 + 1) + count // 2 - r1
+                        _move(
+                            field, row, living - section, lo, stop - first - lo, i0, i1, lo - centre, u0, u1, a % count,
+                            word >= words, part, mixture, spans, centre, dimension, to_section, to_living, to_half,
+                            half_centre,
+                        )  # fmt: skip
+                lo = stop - first
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def push_odds(
+    field: FloatArray,
+    section: int,
+    living: int,
+    radius: int,
+    centre: int,
     odds: FloatArray,
     offset: int,
     box: int,
@@ -115,105 +185,65 @@ def push_choices(
     to_living: int,
     to_half: int,
     half_centre: int,
-    lines: FloatArray,
 ) -> None:
-    """Move `share` of the mass along chosen actions (see `sweep_choices`); a cell's choices share it evenly (Eq. 5).
-
-    Args:
-        field: all mass.
-        section: free mass, read on the box of `radius`.
-        living: living mass, moved alongside; < 0: none.
-        radius: of the box with mass.
-        centre: index of the anchor in these sections.
-        masks: (words or 2·words, cells), see `sweep_choices.Choices`.
-        words: rows of `masks` that hold all actions once.
-        odds: (n, cells), or size 0.
-        offset: column of `masks` or `odds` where the box of these choices begins.
-        box: its radius.
-        mixture: (3, T, T) what a chosen component stands for.
-        share: of the mass that moves this way.
-        dimension: d.
-        to_section: where free mass is added.
-        to_living: where living mass is added.
-        to_half: where mid-step mass is added; < 0: not wanted.
-        half_centre: index of its anchor, in dense columns.
-        lines: (≥ 4, C) scratch.
-    """
+    """Move `share` of the mass as the probabilities `odds` (n, cells) say; other arguments as for `push_choices`."""
     count = mixture.shape[1]
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     b0, b1 = axis_radius(radius, dimension)
     x0, x1 = axis_radius(box, dimension)
     r0, r1 = axis_radius(count // 2, dimension)
-    actions = (2 * r0 + 1) * (2 * r1 + 1) * count
+    spans = _spans(mixture)
     for i0 in range(-b0, b0 + 1):
         for i1 in range(-b1, b1 + 1):
             row = section + (c0 + i0) * rows + c1 + i1
             lo, hi = row_span(field, row, centre - radius, centre + radius + 1)
-            if lo == hi:
-                continue
-            n = hi - lo
-            at = offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * box + 1) + box + lo - centre
-            if odds.size == 0:
-                _share_out(masks, at, n, share, lines)
-            for layer in range(masks.shape[0] // words if odds.size == 0 else 1):
-                for a in range(actions):
-                    if odds.size > 0:
-                        _read_odds(odds, a, at, n, share, lines)
-                    elif not _read_choice(masks, layer * words, a, at, n, lines):
+            first = offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * box + 1) + box - centre
+            for c in range(lo, hi):
+                for a in range(odds.shape[0]):
+                    if odds[a, first + c] == 0.0:
                         continue
                     u0 = a // count // (2 * r1 + 1) + count // 2 - r0
                     u1 = a // count % (2 * r1 + 1) + count // 2 - r1
-                    _scatter(
-                        field, row, living - section, lo, n, i0, i1, lo - centre, u0, u1, a % count, layer > 0, mixture,
-                        centre, dimension, to_section, to_living, to_half, half_centre, lines,
+                    _move(
+                        field, row, living - section, c, 1, i0, i1, c - centre, u0, u1, a % count, False,
+                        share * odds[a, first + c], mixture, spans, centre, dimension, to_section, to_living, to_half,
+                        half_centre,
                     )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _share_out(masks: IntArray, at: int, n: int, share: float, lines: FloatArray) -> None:
-    """lines[0] = share / number of choices, for a row of n cells from column `at`."""
-    zero, begin, width = np.uintp(0), np.uintp(at), np.uintp(n)
-    for c in range(width):
-        lines[zero, c] = 0.0
-    for word in range(np.uintp(masks.shape[0])):
-        some, unit = np.int64(0), np.int64(1)
-        for c in range(width):
-            some |= masks[word, begin + c]
-        for bit in range(WORD):
-            shift = np.int64(bit)
-            if some >> shift & unit:
-                for c in range(width):
-                    lines[zero, c] += 1.0 if masks[word, begin + c] >> shift & unit else 0.0
-    for c in range(width):
-        lines[zero, c] = share / lines[zero, c]
+def _run(masks: IntArray, start: int, stop: int) -> tuple[int, int]:
+    """One past the last column that chooses as column `start` does, and how many actions they choose."""
+    chosen = 0
+    end = stop
+    for word in range(masks.shape[0]):
+        first = masks[word, start]
+        c = start + 1
+        while c < end and masks[word, c] == first:
+            c += 1
+        end = c
+        while first != 0:
+            first &= first - 1
+            chosen += 1
+    return end, chosen
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _read_choice(masks: IntArray, first_word: int, action: int, at: int, n: int, lines: FloatArray) -> bool:
-    """lines[1] = lines[0] where a cell of the row chooses the action, else 0; False if none does."""
-    word, begin, width = np.uintp(first_word + action // WORD), np.uintp(at), np.uintp(n)
-    zero, one = np.uintp(0), np.uintp(1)
-    shift, unit, some = np.int64(action % WORD), np.int64(1), np.int64(0)
-    for c in range(width):
-        some |= masks[word, begin + c]
-    if some >> shift & unit == 0:
-        return False
-    for c in range(width):
-        lines[one, c] = lines[zero, c] if masks[word, begin + c] >> shift & unit else 0.0
-    return True
+def _spans(mixture: FloatArray) -> IntArray:
+    """(3, T, 2) first component that a chosen one stands for, and one past the last."""
+    spans = np.zeros((3, mixture.shape[1], 2), np.int64)
+    for axis in range(3):
+        for u in range(mixture.shape[1]):
+            for v in range(mixture.shape[1]):
+                if mixture[axis, u, v] != 0.0:
+                    spans[axis, u, 0] = v if spans[axis, u, 1] == 0 else spans[axis, u, 0]
+                    spans[axis, u, 1] = v + 1
+    return spans
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _read_odds(odds: FloatArray, action: int, at: int, n: int, share: float, lines: FloatArray) -> None:
-    """lines[1] = share · probability of the action, for a row of n cells from column `at`."""
-    row, begin, one = np.uintp(action), np.uintp(at), np.uintp(1)
-    for c in range(np.uintp(n)):
-        lines[one, c] = share * odds[row, begin + c]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _scatter(
+def _move(
     field: FloatArray,
     row: int,
     to_living_row: int,
@@ -226,52 +256,43 @@ def _scatter(
     u1: int,
     u2: int,
     plain: bool,
+    share: float,
     mixture: FloatArray,
+    spans: IntArray,
     centre: int,
     dimension: int,
     to_section: int,
     to_living: int,
     to_half: int,
     half_centre: int,
-    lines: FloatArray,
 ) -> None:
-    """Add the part lines[1] of a row's mass to where action u leads: free, living (unless to_living < 0), mid-step."""
-    count = mixture.shape[1]
-    reach = count // 2
+    """Add `share` of n cells' mass to where action u leads: free, living (unless to_living < 0), mid-step.
+
+    `plain`: the action stands for itself, not for its mixture.
+    """
+    reach = mixture.shape[1] // 2
     rows, half_rows = row_count(centre, dimension), row_count(half_centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     h0, h1 = axis_radius(half_centre, dimension)
     i, begin, width = np.uintp(row), np.uintp(start), np.uintp(n)
-    one, two, three = np.uintp(1), np.uintp(2), np.uintp(3)
-    for c in range(width):
-        lines[two, c] = lines[one, c] * field[i, begin + c]
-    if to_living >= 0:
-        i = np.uintp(row + to_living_row)
-        for c in range(width):
-            lines[three, c] = lines[one, c] * field[i, begin + c]
-    for v0 in range(count):
-        w0 = mixture[0, u0, v0] if not plain else 1.0 if u0 == v0 else 0.0
-        if w0 == 0.0:
-            continue
-        for v1 in range(count):
-            w1 = w0 * mixture[1, u1, v1] if not plain else w0 if u1 == v1 else 0.0
-            if w1 == 0.0:
-                continue
-            for v2 in range(count):
-                weight = w1 * mixture[2, u2, v2] if not plain else w1 if u2 == v2 else 0.0
-                if weight == 0.0:
-                    continue
+    alive = np.uintp(row + to_living_row)
+    for v0 in range(u0 if plain else spans[0, u0, 0], u0 + 1 if plain else spans[0, u0, 1]):
+        for v1 in range(u1 if plain else spans[1, u1, 0], u1 + 1 if plain else spans[1, u1, 1]):
+            for v2 in range(u2 if plain else spans[2, u2, 0], u2 + 1 if plain else spans[2, u2, 1]):
+                part = share
+                if not plain:
+                    part *= mixture[0, u0, v0] * mixture[1, u1, v1] * mixture[2, u2, v2]
                 line, to = (c0 + i0 + v0 - reach) * rows + c1 + i1 + v1 - reach, np.uintp(centre + i2 + v2 - reach)
                 o = np.uintp(to_section + line)
                 for c in range(width):
-                    field[o, to + c] += weight * lines[two, c]
+                    field[o, to + c] += part * field[i, begin + c]
                 if to_living >= 0:
                     o = np.uintp(to_living + line)
                     for c in range(width):
-                        field[o, to + c] += weight * lines[three, c]
+                        field[o, to + c] += part * field[alive, begin + c]
                 if to_half >= 0:
                     column = half_centre + 2 * i2 + v2 - reach
                     line = (h0 + 2 * i0 + v0 - reach) * half_rows + h1 + 2 * i1 + v1 - reach
                     o, to = np.uintp(to_half + 2 * line + column % 2), np.uintp(column // 2)
                     for c in range(width):
-                        field[o, to + c] += weight * lines[two, c]
+                        field[o, to + c] += part * field[i, begin + c]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from sidestep._kernels.push import push_choices, push_separable
+from sidestep._kernels.push import push_choices, push_odds, push_separable
 from sidestep._kernels.push_sections import add_box, add_planes, clear_rows, remove_contact
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_choices import Choices
@@ -154,11 +154,16 @@ def propagate(
             by_choices = part == 0 or (part == 1 and behaviour.tables.size == 0) or (part == 3 and tables.size == 0)
             if share == 0.0:
                 continue
-            if by_choices:
+            living, to_living = 2 * rows + here, 2 * rows + there if touched else -1
+            if by_choices and choices.odds.size > 0:
+                push_odds(
+                    field, here, living, reach * k, centre, choices.odds, choices.offsets[k], choices.radii[k], mixture,
+                    share, d, there, to_living, half, given.half_centre,
+                )  # fmt: skip
+            elif by_choices:
                 push_choices(
-                    field, here, 2 * rows + here, reach * k, centre, choices.masks, choices.words, choices.odds,
-                    choices.offsets[k], choices.radii[k], mixture, share, d, there, 2 * rows + there if touched else -1,
-                    half, given.half_centre, lines,
+                    field, here, living, reach * k, centre, choices.masks, choices.words, choices.offsets[k],
+                    choices.radii[k], mixture, share, d, there, to_living, half, given.half_centre,
                 )  # fmt: skip
             for kind in range(3 if by_tables else 0):
                 source, target, target_centre, factor = here, there, centre, 1
