@@ -14,6 +14,7 @@ itself: then Eq. 5's Boltzmann form is kept as it is.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import reduce
 
@@ -24,7 +25,15 @@ from sidestep._kernels.sweep import CostTables, Values, sweep
 from sidestep._kernels.sweep_choices import WORD, Choices, ValueScratch, choose, mark_admissible
 from sidestep._kernels.sweep_tables import axis_policies
 from sidestep.errors import InvalidInput
-from sidestep.human.cost import TIE, ActionTerms, CostGrid, DangerTerms, action_terms, danger_terms, goal_terms
+from sidestep.human.cost import (
+    TIE,
+    ActionTerms,
+    CostGrid,
+    DangerTerms,
+    action_terms,
+    danger_terms,
+    goal_terms,
+)
 from sidestep.human.goals import DirectionGoal, Goal, StandGoal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
@@ -96,7 +105,7 @@ def policy_of(
     """
     actions = action_terms(model, goal, grid, 2 * radius + 1)
     axes, table = goal_terms(model, goal, grid, free)
-    differs = danger.bounds > 0
+    differs = danger.bounds > _negligible(grid, actions, axes, table)
     if isinstance(goal, StandGoal):
         differs = np.zeros(len(differs), np.bool_)
     elif actions.margin > 0 and free is None:
@@ -113,6 +122,15 @@ def policy_of(
         free=np.zeros((0, 0), np.bool_) if free is None else free,
         rationality=float(model.rationality),
     )
+
+
+def _negligible(grid: CostGrid, actions: ActionTerms, axes: Values, table: Values) -> float:
+    """Danger on a whole walk that breaks no tie: a tenth of the width of one, of what a person at the anchor pays."""
+    rows, columns = grid.shape
+    here = float(axes[:, grid.centre].sum()) if table.size == 0 else float(table[rows // 2, columns // 2])
+    effort = float(actions.taps.min(axis=2).sum())
+    paid = effort + 0.5 * here * grid.steps if math.isfinite(here) else effort
+    return max(0.1 * grid.tolerance * paid, 1e-12)
 
 
 def _undisturbed_tables(
