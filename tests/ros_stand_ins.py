@@ -81,7 +81,7 @@ def _person() -> PersonPlan:
     mass[:, 1, 1] = 1.0
     return PersonPlan(
         belief=0.75,
-        occupancy=Occupancy(lattice=lattice, probability=mass, time_step=0.5),
+        foretell=lambda: Occupancy(lattice=lattice, probability=mass, time_step=0.5),
         collision_probability=np.zeros(3),
         goals=MappingProxyType({}),
         randomness=0.1,

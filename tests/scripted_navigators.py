@@ -53,7 +53,7 @@ def _person(observation, belief, n, time_step):
     mass = np.zeros((n + 1, *lattice.shape))
     mass[:, 2 * n, 2 * n] = 1.0
     return PersonPlan(
-        belief=belief, occupancy=Occupancy(lattice=lattice, probability=mass, time_step=time_step),
+        belief=belief, foretell=lambda: Occupancy(lattice=lattice, probability=mass, time_step=time_step),
         collision_probability=np.zeros(n), goals={}, randomness=0.1,
         position=observation.position, velocity=np.zeros(2),
     )  # fmt: skip

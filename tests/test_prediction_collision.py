@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from alternatives import risk as naive
 from made_masses import person, still_person
-from sidestep._kernels import risk, risk_profile, risk_raster
-from sidestep.prediction.collision import EXACT, PersonMass, RiskField, RiskRasters
+from sidestep._kernels import blocks, risk, risk_profile, risk_raster
+from sidestep.lattice import Lattice
+from sidestep.prediction.collision import PersonMass, RiskField, RiskRasters
+from sidestep.prediction.occupancy import Occupancy, Prediction
 
 PLACES = st.tuples(st.floats(-2, 3), st.floats(-2, 2))
 
@@ -210,14 +212,30 @@ def test_kernels_without_compilation_agree():
         assert a == pytest.approx(b)
     table = risk_profile.blob_table(2)
     samples, grids = risk_profile.profiles(0.6, someone.weights, someone.sigmas, table)
-    near = risk.mass_near(points, instants, *compiled, samples, grids)
-    assert risk.mass_near.py_func(points, instants, *compiled, samples, grids) == pytest.approx(near)
+    near = risk.mass_near(points, instants, *arguments, samples, grids)
+    assert risk.mass_near.py_func(points, instants, *arguments, samples, grids) == pytest.approx(near)
 
 
-def test_evaluation_counts_what_it_leaves_out():
-    someone = person(horizon=2, position=(0.5, 0.2), spread=True)
-    far = field(someone).at(4, np.array([[500.0, 0.0]]))[0]
-    assert far == pytest.approx(EXACT)
+@pytest.mark.parametrize("position", [(0.4,), (0.4, 0.1), (0.4, 0.1, -0.3)])
+@pytest.mark.parametrize("midway", [False, True])
+def test_blocks_are_laid_out_as_they_are_collected(position, midway):
+    d, horizon, reach = len(position), 3, 2
+    rng = np.random.default_rng(d)
+    steps = rng.random((horizon + 1, *(2 * reach * horizon + 1,) * d))
+    halves = [rng.random((2 * reach * (2 * k + 1) + 1,) * d) for k in range(horizon if midway else 0)]
+    lattice = Lattice(origin=np.array(position), spacing=0.3, radius=reach * horizon)
+    prediction = Prediction(
+        occupancy=Occupancy(lattice=lattice, probability=steps, time_step=0.5),
+        action_probabilities=np.zeros((1, 2, 1)), velocities=np.zeros((1, d)), contact=np.zeros(horizon),
+        midway=tuple(halves), halves=np.concatenate([h.ravel() for h in halves]) if midway else np.zeros(0),
+    )  # fmt: skip
+    plain = PersonMass.of(lattice=lattice, steps=steps, midway=halves, reach=reach)
+    for kernel in (blocks.lay_out, blocks.lay_out.py_func):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("sidestep.prediction.person_mass.lay_out", kernel)
+            found = PersonMass.of_prediction(prediction)
+        for name in ("flat", "offsets", "radii"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(plain, name))
 
 
 def test_mass_from_steps_drops_empty_margins():

@@ -300,7 +300,7 @@ def test_people_of_any_dimension_are_seen_from_above(dimension):
 def _plan_of_somebody(mass, spacing, spread=None):
     lattice = Lattice(origin=np.zeros(2), spacing=spacing, radius=(mass.shape[1] - 1) // 2)
     return PersonPlan(
-        belief=0.5, occupancy=Occupancy(lattice=lattice, probability=mass, time_step=0.5),
+        belief=0.5, foretell=lambda: Occupancy(lattice=lattice, probability=mass, time_step=0.5),
         collision_probability=np.zeros(len(mass) - 1), goals={}, randomness=0.1, position=np.zeros(2),
         velocity=np.zeros(2), spread=spread,
     )  # fmt: skip

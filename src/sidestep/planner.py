@@ -27,6 +27,7 @@ from sidestep.planning.settings import PlannerSettings
 from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
+from sidestep.subjects import Subject
 from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
 
 _log = logging.getLogger(__name__)
@@ -168,6 +169,14 @@ class Planner:
         if wanted is not None and (wanted.shape != self.goal.shape or not np.isfinite(wanted).all()):
             wanted = None
         horizon = settings.horizon if settings.deadline is None else self._pace.horizon(settings)
+        around = circumstances(
+            settings,
+            self.robot,
+            horizon=horizon,
+            interval=self._interval,
+            dimension=self.goal.size,
+            obstacles=self.obstacles,
+        )
         return Situation(
             time=time,
             robot=self.robot,
@@ -175,15 +184,8 @@ class Planner:
             start=self.robot.reference(robot),
             goal=self.goal,
             settings=settings,
-            around=circumstances(
-                settings,
-                self.robot,
-                horizon=horizon,
-                interval=self._interval,
-                dimension=self.goal.size,
-                obstacles=self.obstacles,
-            ),
-            everybody=tuple(self._minds.values()),
+            around=around,
+            everybody=tuple(Subject(mind, around) for mind in self._minds.values()),
             field=self._field,
             workspace=self._workspace,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
@@ -199,16 +201,16 @@ class Planner:
             self._pace.late(now.around.horizon)
             return self._stopped(time, robot, f"no plan within the deadline of {self.settings.deadline} s", started)
         self._pace.took(now.around.horizon, perf_counter() - started)
-        for mind, told in zip(now.everybody, outcome.foreseen.expectations(), strict=True):
+        for subject, told in zip(now.everybody, outcome.foreseen.expectations(), strict=True):
             if told is not None:
-                self._minds[mind.id] = minds.expect(mind, *told, time)
+                self._minds[subject.mind.id] = minds.expect(subject.mind, *told, time)
         return self._plan(now, outcome, started)
 
     def _plan(self, now: Situation, outcome: Outcome, started: float) -> Plan:
         seen, settings = outcome.foreseen, self.settings
         velocities = np.diff(outcome.path, axis=0) / settings.time_step
         risk = outcome.risk.reshape(-1, 2).max(axis=1)
-        wary = [m for m in seen.near if m.belief.concerned < (settings.signal_belief or 0.0)]
+        wary = [s.mind for s in seen.near if s.mind.belief.concerned < (settings.signal_belief or 0.0)]
         return Plan(
             time=now.time,
             time_step=settings.time_step,
@@ -221,7 +223,7 @@ class Planner:
             risk_limit=settings.risk_limit,
             status=outcome.status,
             reason=_reason(outcome, settings, risk),
-            people=MappingProxyType({m.id: person_plan(m, seen) for m in seen.minds}),
+            people=MappingProxyType({s.mind.id: person_plan(s, seen) for s in seen.everybody}),
             horizon_used=now.around.horizon,
             rounds=outcome.rounds,
             cost=outcome.cost,

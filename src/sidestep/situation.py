@@ -11,8 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from sidestep.forecast import Circumstances, Forecast, foresee
-from sidestep.minds import Mind
+from sidestep.forecast import Forecast, foresee
 from sidestep.obstacles import Obstacles
 from sidestep.planning.anticipate import carried_forward, extended, straight
 from sidestep.planning.geodesic import DistanceField
@@ -21,6 +20,7 @@ from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.settings import PlannerSettings
 from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import Robot, RobotState
+from sidestep.subjects import Circumstances, Subject
 from sidestep.types import Path, Vector
 
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
@@ -50,7 +50,7 @@ class Situation:
     goal: Vector
     settings: PlannerSettings
     around: Circumstances
-    everybody: tuple[Mind, ...]
+    everybody: tuple[Subject, ...]
     field: DistanceField | None
     workspace: Workspace
     stop_by: float = math.inf
@@ -59,7 +59,7 @@ class Situation:
     @property
     def steps(self) -> int:
         """Instants of the robot's motion that people anticipate."""
-        return self.around.horizon + max((self.around.look_ahead(m) for m in self.everybody), default=1)
+        return self.around.horizon + max((s.look_ahead for s in self.everybody), default=1)
 
     def check(self) -> None:
         """Raise `OutOfTime` when no further kernel may be started."""

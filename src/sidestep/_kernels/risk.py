@@ -14,9 +14,6 @@ from numba import njit
 
 from sidestep.types import FloatArray, IntArray
 
-CHUNK = 256
-"""Cells that are looked at together."""
-
 
 @njit(cache=True)
 def mass_within(
@@ -83,9 +80,13 @@ def mass_within(
 def mass_near(
     points: FloatArray,
     instants: IntArray,
-    cells: FloatArray,
-    masses: FloatArray,
-    starts: IntArray,
+    flat: FloatArray,
+    offsets: IntArray,
+    radii: IntArray,
+    spacings: FloatArray,
+    origin: FloatArray,
+    rotation: FloatArray,
+    active: IntArray,
     samples: FloatArray,
     grids: FloatArray,
 ) -> FloatArray:
@@ -94,9 +95,13 @@ def mass_near(
     Args:
         points: (M, 3) m, world.
         instants: (M,) block that each point meets.
-        cells: (·, 3) m, as `compact` lists them.
-        masses: beside them.
-        starts: (B + 1,) of the blocks in them.
+        flat: the mass; this and the next six as for `mass_within`.
+        offsets: (B + 1,).
+        radii: (B,) cells.
+        spacings: (B,) m.
+        origin: (3,) m.
+        rotation: (3, 3).
+        active: (3,).
         samples: (B, ·) of F.
         grids: (B, 4), see `profile_value`.
 
@@ -104,23 +109,46 @@ def mass_near(
         (M,) probabilities.
     """
     out = np.zeros(points.shape[0])
-    place = np.empty(CHUNK)
+    widest = 0
+    for m in range(points.shape[0]):
+        widest = max(widest, radii[instants[m]])
+    place = np.empty(2 * widest + 1)
+    local = np.zeros(3)
+    low, high = np.zeros(3, np.int64), np.zeros(3, np.int64)
     last = samples.shape[1] - 1
     for m in range(points.shape[0]):
         block = instants[m]
-        x0, x1, x2 = points[m, 0], points[m, 1], points[m, 2]
+        if offsets[block] == offsets[block + 1]:
+            continue
+        r, spacing = radii[block], spacings[block]
         radius, scale, first, step = grids[block]
+        far = first + step * last
+        reach = (radius + scale * far / (1.0 - far)) / spacing
+        for a in range(3):
+            local[a] = 0.0
+            for b in range(3):
+                local[a] += rotation[b, a] * (points[m, b] - origin[b]) / spacing
+            low[a] = max(-r * active[a], math.ceil(local[a] - reach))
+            high[a] = min(r * active[a], math.floor(local[a] + reach))
+        w1, w2 = 2 * r * active[1] + 1, 2 * r * active[2] + 1
+        n = np.uintp(max(high[2] - low[2] + 1, 0))
         curve = samples[block]
         total = 0.0
-        for start in range(starts[block], starts[block + 1], CHUNK):
-            near = cells[start : min(start + CHUNK, starts[block + 1])]
-            for n in range(near.shape[0]):  # apart from the look-up below, so that it runs on whole registers
-                d0, d1, d2 = near[n, 0] - x0, near[n, 1] - x1, near[n, 2] - x2
-                x = math.sqrt(d0 * d0 + d1 * d1 + d2 * d2) - radius
-                place[n] = min((x / (abs(x) + scale) - first) / step, last - 1e-9)
-            for n in range(near.shape[0]):
-                i = np.uint32(place[n])
-                total += masses[start + n] * (curve[i] + (place[n] - i) * (curve[i + 1] - curve[i]))
+        for i in range(low[0], high[0] + 1):
+            for j in range(low[1], high[1] + 1):
+                aside = (i - local[0]) ** 2 + (j - local[1]) ** 2
+                if aside > reach * reach:
+                    continue
+                start = low[2] - local[2]
+                for c in range(n):  # apart from the look-up below, so that it runs on whole registers
+                    along = start + c
+                    x = spacing * math.sqrt(aside + along * along) - radius
+                    place[c] = min((x / (abs(x) + scale) - first) / step, last - 1e-9)
+                at = np.uintp(offsets[block] + ((i + r * active[0]) * w1 + j + r * active[1]) * w2)
+                at += np.uintp(r * active[2] + low[2])
+                for c in range(n):
+                    q = np.uint32(place[c])
+                    total += flat[at + c] * (curve[q] + (place[c] - q) * (curve[q + 1] - curve[q]))
         out[m] = min(total, 1.0)
     return out
 

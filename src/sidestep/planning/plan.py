@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -17,13 +18,13 @@ if TYPE_CHECKING:
     from sidestep.prediction.occupancy import Occupancy
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PersonPlan:
     """What the plan assumes of one person.
 
     Attributes:
         belief: P(concerned), strictly between 0 and 1.
-        occupancy: (N+1, cells…) probability over cells at k = 0..N, with `.lattice`.
+        foretell: returns `occupancy`; people who cannot come near are predicted only when somebody asks.
         collision_probability: (N,) P(first contact at k = 1..N) under this plan.
         goals: candidate goals as text → probability.
         randomness: ω used for this prediction.
@@ -33,13 +34,18 @@ class PersonPlan:
     """
 
     belief: float
-    occupancy: Occupancy
+    foretell: Callable[[], Occupancy]
     collision_probability: FloatArray
     goals: Mapping[str, float]
     randomness: float
     position: Vector
     velocity: Vector
     spread: tuple[FloatArray, FloatArray] | None = None
+
+    @cached_property
+    def occupancy(self) -> Occupancy:
+        """(N+1, cells…) probability over cells at k = 0..N, with `.lattice`."""
+        return self.foretell()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -18,9 +18,6 @@ from sidestep._kernels.risk_raster import rasterise, rasterise_all
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point, frame_of_lattice
 from sidestep.types import FloatArray, IntArray, Path
 
-EXACT = 1e-5
-"""Probability that evaluations of a spread-out person may leave out, and then add as if it were near."""
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RiskField:
@@ -202,20 +199,26 @@ class _Sharp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Blurred:
-    """Evaluates one person with spread: sums all cells that matter, each with its share within the distance."""
+    """Evaluates one person with spread: sums the cells in reach, each with its share within the distance."""
 
-    listed: tuple[FloatArray, FloatArray, IntArray]
-    samples: FloatArray
-    grids: FloatArray
+    person: PersonMass
+    spacings: FloatArray
+    frame: tuple[FloatArray, FloatArray, IntArray]
+    profile: tuple[FloatArray, FloatArray]
 
     @classmethod
     def of(cls, person: PersonMass, distance: float) -> _Blurred:
-        assert person.weights is not None
-        assert person.sigmas is not None
-        table = blob_table(person.lattice.dimension)
-        sigmas = np.ascontiguousarray(person.sigmas, dtype=np.float64)
-        samples, grids = profiles(distance, np.ascontiguousarray(person.weights, dtype=np.float64), sigmas, table)
-        return cls(person.cells(EXACT), samples, grids)
+        profile = person.profile
+        if profile is None:
+            assert person.weights is not None
+            assert person.sigmas is not None
+            sigmas = np.ascontiguousarray(person.sigmas, dtype=np.float64)
+            weights = np.ascontiguousarray(person.weights, dtype=np.float64)
+            profile = profiles(distance, weights, sigmas, blob_table(person.lattice.dimension))
+        return cls(person, person.spacings, frame_of_lattice(person.lattice), profile)
 
     def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
-        return np.minimum(mass_near(points, instants, *self.listed, self.samples, self.grids) + EXACT, 1.0)
+        person = self.person
+        return mass_near(
+            points, instants, person.flat, person.offsets, person.radii, self.spacings, *self.frame, *self.profile
+        )

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -71,6 +71,7 @@ class Prediction:
         velocities: (n, d) m/s of these actions in the world frame.
         contact: (N,) P(first contact at k = 1..N) along the robot's path; zeros without removal.
         midway: N arrays, mass at k + ½ on `midway_lattice(k)`; empty if not asked for.
+        halves: the same, flat, one after another.
         hypotheses: (G, 2, N+1, cells…) mass of each hypothesis, weight included; None if not asked for, or if
             awareness is resampled.
     """
@@ -80,6 +81,7 @@ class Prediction:
     velocities: FloatArray
     contact: FloatArray
     midway: tuple[FloatArray, ...] = ()
+    halves: FloatArray = field(default_factory=lambda: np.zeros(0))
     hypotheses: FloatArray | None = None
 
     def midway_lattice(self, k: int) -> Lattice:
@@ -185,6 +187,7 @@ def predict(
         velocities=_read_only(action_velocities(model, lattice, time_step)),
         contact=_read_only(results.contact),
         midway=_split(results.halves, scene.given.offsets, reach, d) if midway else (),
+        halves=_read_only(results.halves),
         hypotheses=None if kept is None else _read_only(kept.reshape(len(goals), 2, *cells)),
     )
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sidestep._kernels.blocks import lay_out
 from sidestep._kernels.risk import compact
 from sidestep.lattice import Lattice
 from sidestep.types import FloatArray, IntArray
@@ -26,6 +27,7 @@ class PersonMass:
         offsets: (B+1,) where the blocks start; radii: (B,) cells from the anchor to each face; B = 2N+1.
             An empty block (midway not predicted) has offsets[b] == offsets[b+1].
         weights: (C,) probabilities of the spread classes; sigmas: (B, C) m. None: no spread.
+        profile: of `risk_profile.profiles` for the distance that the risk asks for; None: made when asked.
     """
 
     lattice: Lattice
@@ -34,6 +36,7 @@ class PersonMass:
     radii: IntArray
     weights: FloatArray | None = None
     sigmas: FloatArray | None = None
+    profile: tuple[FloatArray, FloatArray] | None = None
 
     @classmethod
     def of(
@@ -70,17 +73,23 @@ class PersonMass:
 
     @classmethod
     def of_prediction(
-        cls, prediction: Prediction, *, weights: FloatArray | None = None, sigmas: FloatArray | None = None
+        cls,
+        prediction: Prediction,
+        *,
+        weights: FloatArray | None = None,
+        sigmas: FloatArray | None = None,
+        profile: tuple[FloatArray, FloatArray] | None = None,
     ) -> PersonMass:
-        """Collect the mass of a `Prediction`; `weights` (C,) and `sigmas` (2N+1, C) m as for the class."""
-        occupancy = prediction.occupancy
-        return cls.of(
-            lattice=occupancy.lattice,
-            steps=occupancy.probability,
-            midway=prediction.midway,
-            reach=occupancy.lattice.radius // max(1, len(occupancy) - 1),
-            weights=weights,
-            sigmas=sigmas,
+        """Collect the mass of a `Prediction`; `weights` (C,), `sigmas` (2N+1, C) m and `profile` as for the class."""
+        lattice, steps = prediction.occupancy.lattice, prediction.occupancy.probability
+        horizon, width = len(steps) - 1, steps.shape[-1]
+        offsets, radii = np.zeros(2 * horizon + 2, np.int64), np.zeros(2 * horizon + 1, np.int64)
+        reach = lattice.radius // max(1, horizon)
+        flat = lay_out(
+            steps.reshape(horizon + 1, -1, width), prediction.halves, lattice.dimension, reach, offsets, radii
+        )
+        return cls(
+            lattice=lattice, flat=flat, offsets=offsets, radii=radii, weights=weights, sigmas=sigmas, profile=profile
         )
 
     @property

@@ -43,11 +43,13 @@ class Removal:
         distance: m between centres; contact is anything nearer.
         weights: (C,) of the Gaussians that spread the person's position around the lattice, or None: nothing does.
         sigmas: (N+1, C) m, their standard deviations at k = 0..N; the share removed is then P(nearer than `distance`).
+        profile: of `risk_profile.profiles` for these, where it is known already.
     """
 
     distance: float
     weights: FloatArray | None = None
     sigmas: FloatArray | None = None
+    profile: tuple[FloatArray, FloatArray] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -308,4 +310,6 @@ def _contact_profiles(removal: Removal, horizon: int, dimension: int) -> tuple[F
     weights = np.ascontiguousarray(removal.weights, dtype=np.float64)
     if weights.ndim != 1 or sigmas.shape != (horizon + 1, weights.size):
         raise InvalidInput("removal.sigmas", sigmas.shape, f"({horizon + 1}, {weights.size})")
+    if removal.profile is not None:
+        return removal.profile
     return profiles(float(removal.distance), weights, sigmas, blob_table(dimension))

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from sidestep import minds
-from sidestep.forecast import Circumstances, predicted
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.minds import Mind
@@ -17,6 +16,7 @@ from sidestep.prediction.occupancy import Workspace
 from sidestep.simulation.recordings import Recording
 from sidestep.studies.people_encounters import BEFORE, Encounter, encounters, placebos
 from sidestep.studies.statistics import area_under_curve, clopper_pearson, log_loss
+from sidestep.subjects import Circumstances, Subject
 from sidestep.types import FloatArray
 
 DELAYS = (0.5, 1.0, 1.5)
@@ -77,7 +77,7 @@ def beliefs(encounter: Encounter, model: HumanModel, vehicle: Vehicle) -> FloatA
         observation = PersonObservation(id=track.agent, position=position)
         known = minds.meet(observation, model, t) if known is None else minds.observe(known, observation, t, TIME_STEP)
         if known.anchor is None:
-            ahead = predicted(known, encounter.vehicle_from(t, steps, TIME_STEP), around, workspace)
+            ahead = Subject(known, around).predicted(encounter.vehicle_from(t, steps, TIME_STEP), workspace)
             known = minds.expect(known, ahead.action_probabilities, ahead.velocities, t)
         for n, delay in enumerate(DELAYS):
             if t <= encounter.onset + delay + 1e-6:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sidestep import minds
-from sidestep.forecast import Circumstances, predicted
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.lattice import heading_rotation
 from sidestep.minds import Mind
 from sidestep.prediction.occupancy import Prediction, Workspace
 from sidestep.simulation.recordings import Recording, Track
+from sidestep.subjects import Circumstances, Subject
 from sidestep.types import FloatArray, Vector
 
 STEP = 0.4  # s, of the field's protocols
@@ -89,7 +89,7 @@ class Watcher:
             obstacles=None,
         )
         nobody = np.full((2 * steps + 3, 2), FAR)
-        return predicted(mind, nobody, around, self._workspace)
+        return Subject(mind, around).predicted(nobody, self._workspace)
 
 
 def moments(

@@ -1,0 +1,147 @@
+"""One person laid out for prediction: everything about them that the robot's motion does not change, computed once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from sidestep._kernels.risk_profile import blob_table, profiles
+from sidestep.human.model import HumanModel
+from sidestep.lattice import Lattice
+from sidestep.minds import Mind
+from sidestep.obstacles import Obstacles
+from sidestep.prediction.collision import PersonMass
+from sidestep.prediction.occupancy import Prediction, Removal, Workspace, frame_of, predict
+from sidestep.types import BoolArray, FloatArray, Path
+
+NEAR_MARGIN = 0.05
+"""m beyond contact that the first action must keep."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Circumstances:
+    """What holds for everybody.
+
+    Attributes:
+        time_step: s; horizon: steps; robot_radius: m; robot_speed: m/s, its largest in any direction.
+        clearance: m between centres, or None: contact + 0.10 m.
+        midway: look between the steps too; first_step_limit: see `PlannerSettings`; interval: s until the next call.
+        obstacles: walls that people do not pass, or None.
+    """
+
+    time_step: float
+    horizon: int
+    robot_radius: float
+    robot_speed: float
+    clearance: float | None
+    midway: bool
+    first_step_limit: float | None
+    interval: float
+    obstacles: Obstacles | None
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A person under these circumstances.
+
+    Attributes:
+        mind: what is known of the person.
+        around: what holds for everybody.
+    """
+
+    mind: Mind
+    around: Circumstances
+
+    @property
+    def contact(self) -> float:
+        """Metres between centres at which bodies touch."""
+        return self.around.robot_radius + self.mind.model.radius
+
+    @property
+    def clearance(self) -> float:
+        """Metres between centres that are to be kept."""
+        return self.contact + 0.10 if self.around.clearance is None else self.around.clearance
+
+    @property
+    def look_ahead(self) -> int:
+        """Steps that this person looks ahead, M."""
+        own = self.mind.model.horizon
+        return max(self.around.horizon if own is None else own, 1)
+
+    @cached_property
+    def lattice(self) -> Lattice:
+        """Cells on which the person's actions land."""
+        mind = self.mind
+        return frame_of(mind.model, mind.position, mind.heading_velocity, self.around.time_step)
+
+    @cached_property
+    def model(self) -> HumanModel:
+        """How the person decides, as random as they were found to be."""
+        mind = self.mind
+        learned = mind.randomness != mind.model.randomness
+        return replace(mind.model, randomness=mind.randomness) if learned else mind.model
+
+    @cached_property
+    def free(self) -> BoolArray | None:
+        """Cells where the person may be; None: everywhere."""
+        if self.around.obstacles is None:
+            return None
+        cells = self.lattice.with_radius(self.mind.model.reach * (self.around.horizon + self.look_ahead))
+        return self.around.obstacles.free_cells(cells, margin=0.5 * self.mind.model.radius)
+
+    @cached_property
+    def spread(self) -> tuple[FloatArray, FloatArray] | None:
+        """Weights (C,), sigmas (2N+1, C) m of the Gaussians around every cell at half instants; None: none."""
+        return self.mind.spread(np.arange(2.0 * self.around.horizon + 1.0) * (0.5 * self.around.time_step))
+
+    @cached_property
+    def removal(self) -> Removal:
+        """Contact, of the person as spread out as their habits say."""
+        if self.spread is None:
+            return Removal(distance=self.contact)
+        weights, sigmas = self.spread
+        at_steps = np.ascontiguousarray(sigmas[::2])
+        profile = profiles(self.contact, weights, at_steps, blob_table(self.mind.position.size))
+        return Removal(distance=self.contact, weights=weights, sigmas=at_steps, profile=profile)
+
+    @cached_property
+    def profile(self) -> tuple[FloatArray, FloatArray] | None:
+        """P(nearer than the clearance | distance to the cell) at half instants, see `risk_profile.profiles`."""
+        if self.spread is None:
+            return None
+        return profiles(self.clearance, *self.spread, blob_table(self.mind.position.size))
+
+    def matters(self, start: FloatArray) -> bool:
+        """Return whether the person can come within clearance of the robot at all during the horizon.
+
+        If not, the risk field is exactly zero wherever the robot can be, and nobody needs to be predicted.
+        """
+        around, mind = self.around, self.mind
+        time = around.horizon * around.time_step
+        walk = mind.model.reach * self.lattice.spacing * around.horizon * np.sqrt(mind.position.size)
+        blur = 0.0 if self.spread is None else 5.0 * float(self.spread[1][-1].max())
+        reach = walk + around.robot_speed * time + max(self.clearance, self.contact + NEAR_MARGIN) + blur
+        return float(np.linalg.norm(mind.position - start)) <= reach
+
+    def predicted(self, path: Path, workspace: Workspace) -> Prediction:
+        """Predict the person, the robot moving along `path` ((≥ N + M + 1, d) m)."""
+        return predict(
+            model=self.model,
+            lattice=self.lattice,
+            goals=self.mind.goals,
+            weights=self.mind.belief.weights,
+            robot_path=path,
+            horizon=self.around.horizon,
+            time_step=self.around.time_step,
+            removal=self.removal,
+            free=self.free,
+            midway=self.around.midway,
+            workspace=workspace,
+        )
+
+    def mass(self, prediction: Prediction) -> PersonMass:
+        """Return what the risk is computed from."""
+        weights, sigmas = (None, None) if self.spread is None else self.spread
+        return PersonMass.of_prediction(prediction, weights=weights, sigmas=sigmas, profile=self.profile)
