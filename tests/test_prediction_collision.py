@@ -227,7 +227,7 @@ def test_blocks_are_laid_out_as_they_are_collected(position, midway):
     prediction = Prediction(
         occupancy=Occupancy(lattice=lattice, probability=steps, time_step=0.5),
         action_probabilities=np.zeros((1, 2, 1)), velocities=np.zeros((1, d)), contact=np.zeros(horizon),
-        midway=tuple(halves), halves=np.concatenate([h.ravel() for h in halves]) if midway else np.zeros(0),
+        halves=np.concatenate([h.ravel() for h in halves]) if midway else np.zeros(0),
     )  # fmt: skip
     plain = PersonMass.of(lattice=lattice, steps=steps, midway=halves, reach=reach)
     for kernel in (blocks.lay_out, blocks.lay_out.py_func):

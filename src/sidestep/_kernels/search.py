@@ -18,6 +18,9 @@ from sidestep._kernels.search_costs import (
 )
 from sidestep.types import IntArray
 
+TILE = 4096
+"""Costs that are lowered together; they stay in the nearest cache while tap after tap passes."""
+
 
 @njit(cache=True)
 def _sweep(
@@ -31,33 +34,45 @@ def _sweep(
     has_halfway: bool,
     value: Costs,
 ) -> None:
-    """Take the minimum over all moving taps: value(y) = min_u e(u) + halfway(2y + u) + arrive(y + u)."""
+    """Take the minimum over all moving taps: value(y) = min_u e(u) + halfway(2y + u) + arrive(y + u).
+
+    Rows are short and taps are many. So several rows are taken at once, laid out with the row length of `arrive`, which
+    `halfway` has too: for each tap they are then one long row. What is computed between the rows is not read.
+    """
     w0, w1, w2 = sizes(radius * step, active)
     _, v1, v2 = sizes(radius * (step + 1), active)
     r = (radius * (2 * step + 1) + 1) // 2
-    h0, h1, h2 = sizes(r, active)
+    h0, h1, _ = sizes(r, active)
     q = r - radius * step
+    rows = min(max(TILE // v2, 1), w1)
+    tile = np.empty(rows * v2, np.float32)
     for i in range(w0):
-        for j in range(w1):
-            at = (i * w1 + j) * w2
-            row = value[at : at + w2]
+        for j in range(0, w1, rows):
+            some = min(rows, w1 - j)
+            tile[:] = np.inf
+            for n in range(some):
+                at = (i * w1 + j + n) * w2
+                tile[n * v2 : n * v2 + w2] = value[at : at + w2]
+            length = np.uintp((some - 1) * v2 + w2)
             for t in range(1, taps.shape[0]):
                 a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
                 e = effort[t]
                 end = ((i + a + radius * active[0]) * v1 + j + b + radius * active[1]) * v2 + c + radius * active[2]
-                goal = arrive[end : end + w2]
+                goal = np.uintp(end)
                 if has_halfway:
                     parity = (((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2])) + (c & 1)
                     mid = (parity * h0 + i + (a >> 1) + q * active[0]) * h1 + j + (b >> 1) + q * active[1]
-                    mid = mid * h2 + (c >> 1) + q * active[2]
-                    middle = halfway[mid : mid + w2]
-                    for k in range(w2):
-                        cost = e + middle[k] + goal[k]
-                        row[k] = cost if cost < row[k] else row[k]
+                    middle = np.uintp(mid * v2 + (c >> 1) + q * active[2])
+                    for k in range(length):
+                        cost = e + halfway[middle + k] + arrive[goal + k]
+                        tile[k] = cost if cost < tile[k] else tile[k]
                 else:
-                    for k in range(w2):
-                        cost = e + goal[k]
-                        row[k] = cost if cost < row[k] else row[k]
+                    for k in range(length):
+                        cost = e + arrive[goal + k]
+                        tile[k] = cost if cost < tile[k] else tile[k]
+            for n in range(some):
+                at = (i * w1 + j + n) * w2
+                value[at : at + w2] = tile[n * v2 : n * v2 + w2]
 
 
 @njit(cache=True)
@@ -102,8 +117,8 @@ def solve(
         w0, w1, w2 = sizes(radius * k, active)
         begin[k + 1] = begin[k] + w0 * w1 * w2
     arrive = np.empty(begin[horizon + 1], np.float32)
-    h0, h1, h2 = sizes((radius * (2 * horizon - 1) + 1) // 2, active)
-    halfway = np.empty(parities * h0 * h1 * h2, np.float32)
+    h0, h1, _ = sizes((radius * (2 * horizon - 1) + 1) // 2, active)
+    halfway = np.full(parities * h0 * h1 * sizes(radius * horizon, active)[2], np.float32(0.0))
     at = begin[horizon]
     for i in range(terminal.shape[0]):
         for j in range(terminal.shape[1]):

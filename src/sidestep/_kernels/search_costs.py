@@ -41,10 +41,12 @@ def halfway_costs(
 ) -> None:
     """Costs at the points halfway between step and step + 1, one box per parity; `risk` may be empty.
 
-    The risk of a point between raster cells is the mean over the cells around it.
+    Rows lie as far apart as those of the costs at step + 1 (see `search._sweep`). The risk of a point between raster
+    cells is the mean over the cells around it.
     """
     r = (radius * (2 * step + 1) + 1) // 2
     w0, w1, w2 = sizes(r, active)
+    stride = sizes(radius * (step + 1), active)[2]
     s = (blocked.shape[3] - 1) // 2 - r
     for p0 in range(1 + active[0]):
         for p1 in range(1 + active[1]):
@@ -54,7 +56,7 @@ def halfway_costs(
                     i1 = min(i + p0, w0 - 1)
                     for j in range(w1):
                         j1 = min(j + p1, w1 - 1)
-                        at = ((p * w0 + i) * w1 + j) * w2
+                        at = ((p * w0 + i) * w1 + j) * stride
                         row = out[at : at + w2]
                         for k in range(w2):
                             row[k] = 0.0

@@ -14,8 +14,10 @@ from sidestep.planning.problem import PlanningProblem
 from sidestep.prediction.collision import RiskRasters
 from sidestep.types import BoolArray, FloatArray, IntArray
 
-BUDGET = 2.5e7
-"""Additions and comparisons that a search may take where the resolution is not given; a few milliseconds."""
+BUDGET = {1: 2.5e7, 2: 2.5e7, 3: 5e6}
+"""Additions and comparisons by dimension that a search may take where the resolution is not given; a few milliseconds.
+
+In 3-D the risk map costs more than the search; one K less made polished plans 0.04 % dearer on average."""
 FINEST = {1: 10, 2: 5, 3: 3}
 """Largest K by dimension."""
 
@@ -133,6 +135,6 @@ def resolution(horizon: int, dimension: int, shape: str) -> int:
     for radius in range(FINEST[dimension], 2, -1):
         taps = len(lattice_taps(radius, dimension, shape))
         cells = sum((2 * radius * k + 1) ** dimension for k in range(horizon))
-        if cells * taps <= BUDGET:
+        if cells * taps <= BUDGET[dimension]:
             return radius
     return 2

@@ -15,13 +15,12 @@ prediction.contact                         # (N,)
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import row_shape
@@ -61,7 +60,7 @@ class Occupancy:
         return len(self.probability)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Prediction:
     """What `predict` returns; all arrays are read-only.
 
@@ -70,8 +69,7 @@ class Prediction:
         action_probabilities: (G, 2, n) P(u | x_0; goal, β) at the first instant (Eq. 4), [:, 1] concerned.
         velocities: (n, d) m/s of these actions in the world frame.
         contact: (N,) P(first contact at k = 1..N) along the robot's path; zeros without removal.
-        midway: N arrays, mass at k + ½ on `midway_lattice(k)`; empty if not asked for.
-        halves: the same, flat, one after another.
+        halves: mass at k + ½ for k = 0..N−1, flat, one after another (see `midway`); empty if not asked for.
         hypotheses: (G, 2, N+1, cells…) mass of each hypothesis, weight included; None if not asked for, or if
             awareness is resampled.
     """
@@ -80,9 +78,18 @@ class Prediction:
     action_probabilities: FloatArray
     velocities: FloatArray
     contact: FloatArray
-    midway: tuple[FloatArray, ...] = ()
     halves: FloatArray = field(default_factory=lambda: np.zeros(0))
     hypotheses: FloatArray | None = None
+
+    @cached_property
+    def midway(self) -> tuple[FloatArray, ...]:
+        """N arrays, mass at k + ½ on `midway_lattice(k)`; empty if not asked for."""
+        lattice, steps = self.occupancy.lattice, len(self.occupancy) - 1
+        reach = lattice.radius // max(steps, 1)
+        widths = [2 * reach * (2 * k + 1) + 1 for k in range(steps if self.halves.size else 0)]
+        ends = np.cumsum([w**lattice.dimension for w in widths])
+        parts = np.split(self.halves, ends[:-1]) if widths else []
+        return tuple(_read_only(p.reshape((w,) * lattice.dimension)) for p, w in zip(parts, widths, strict=True))
 
     def midway_lattice(self, k: int) -> Lattice:
         """Return the lattice of `midway[k]`: half the spacing, radius reach·(2k + 1)."""
@@ -186,7 +193,6 @@ def predict(
         action_probabilities=_read_only(first),
         velocities=_read_only(action_velocities(model, lattice, time_step)),
         contact=_read_only(results.contact),
-        midway=_split(results.halves, scene.given.offsets, reach, d) if midway else (),
         halves=_read_only(results.halves),
         hypotheses=None if kept is None else _read_only(kept.reshape(len(goals), 2, *cells)),
     )
@@ -234,13 +240,6 @@ def action_velocities(model: HumanModel, lattice: Lattice, time_step: float) -> 
     d, width = lattice.dimension, 2 * model.reach + 1
     multiples = np.indices((width,) * d).reshape(d, -1).T - model.reach
     return multiples @ (lattice.spacing / time_step * lattice.rotation.T)
-
-
-def _split(halves: FloatArray, offsets: NDArray[np.int64], reach: int, d: int) -> tuple[FloatArray, ...]:
-    return tuple(
-        _read_only(halves[start:stop].reshape((2 * reach * (2 * k + 1) + 1,) * d))
-        for k, (start, stop) in enumerate(itertools.pairwise(offsets))
-    )
 
 
 def _read_only(array: FloatArray) -> FloatArray:
