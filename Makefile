@@ -7,7 +7,7 @@ BIN    := .venv/bin
 UV     := $(BIN)/uv
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-ros soak setup setup-run fast test-browser lint format types layers docs docs-serve figures examples package lock ci clean
+.PHONY: help run test test-ros soak setup setup-run fast test-browser campaign lint format types layers docs docs-serve figures examples package lock ci clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-11s %s\n", $$1, $$2}'
@@ -44,6 +44,9 @@ fast: setup  ## run the tests that take less than a few seconds each
 test-browser: setup  ## drive the live page in Debian's chromium; pictures and measurements in results/browser
 	tools/install-browser.sh $(BIN)/python
 	SIDESTEP_BROWSER=1 $(BIN)/pytest tests/browser -s --benchmark-disable -p no:cacheprovider
+
+campaign: setup  ## 100,000 random steps with faults, and 500 histories of faults that hypothesis searches
+	SIDESTEP_FAULT_STEPS=100000 SIDESTEP_FAULT_EXAMPLES=500 $(BIN)/pytest -n $(JOBS) -q --benchmark-disable tests/test_planner_faults.py tests/test_planner_faults_stateful.py
 
 lint: setup  ## ruff: rules and format
 	$(BIN)/ruff check .

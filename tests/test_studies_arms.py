@@ -28,7 +28,7 @@ def _same(one, other):
 
 @pytest.mark.slow
 def test_a_hidden_goal_is_as_good_as_a_known_one_within_five_steps():
-    found = run_study("goals", episodes=40)
+    found = run_study("goals", episodes=24)
     told, hidden = hidden_goals.means(found)
     assert told[0] - hidden[0] > 0.5  # it was hidden: four places all around
     assert (told[5:] - hidden[5:] < 0.05).all()
@@ -52,8 +52,8 @@ def test_every_study_has_a_row_per_arm_as_long_as_its_header():
 
 @pytest.mark.slow
 def test_robots_that_announce_do_not_touch_and_others_would():
-    found = run_study("robots", episodes=4)
-    assert {arm: len(c["reached"]) for arm, c in found.items()} == {"announced": 4, "unaware of each other": 1}
+    found = run_study("robots", episodes=3)
+    assert {arm: len(c["reached"]) for arm, c in found.items()} == {"announced": 3, "unaware of each other": 1}
     told, unaware = found["announced"], found["unaware of each other"]
     assert not told["robot_contact"].any()
     assert (told["robot_min_distance"] >= 0.6).all()
@@ -63,7 +63,7 @@ def test_robots_that_announce_do_not_touch_and_others_would():
 
 @pytest.mark.slow
 def test_a_signal_that_is_heeded_makes_people_concerned_and_saves_time():
-    found = run_study("signal", episodes=6)
+    found = run_study("signal", episodes=4)
     assert found[signalling.WITH]["heeded"].any()
     assert not found[signalling.WITHOUT]["heeded"].any()
     mean, low, high = signalling.gain(found)
