@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 
 from alternatives import risk as naive
 from made_masses import person, still_person
+from made_people import draw_encounter, predicted
 from sidestep._kernels import blocks, risk, risk_profile, risk_raster
-from sidestep.lattice import Lattice
 from sidestep.prediction.collision import PersonMass, RiskField, RiskRasters
-from sidestep.prediction.occupancy import Occupancy, Prediction
 
 PLACES = st.tuples(st.floats(-2, 3), st.floats(-2, 2))
 
@@ -216,24 +215,18 @@ def test_kernels_without_compilation_agree():
     assert risk.mass_near.py_func(points, instants, *arguments, samples, grids) == pytest.approx(near)
 
 
-@pytest.mark.parametrize("position", [(0.4,), (0.4, 0.1), (0.4, 0.1, -0.3)])
+@pytest.mark.parametrize("d", [1, 2, 3])
 @pytest.mark.parametrize("midway", [False, True])
-def test_blocks_are_laid_out_as_they_are_collected(position, midway):
-    d, horizon, reach = len(position), 3, 2
-    rng = np.random.default_rng(d)
-    steps = rng.random((horizon + 1, *(2 * reach * horizon + 1,) * d))
-    halves = [rng.random((2 * reach * (2 * k + 1) + 1,) * d) for k in range(horizon if midway else 0)]
-    lattice = Lattice(origin=np.array(position), spacing=0.3, radius=reach * horizon)
-    prediction = Prediction(
-        occupancy=Occupancy(lattice=lattice, probability=steps, time_step=0.5),
-        action_probabilities=np.zeros((1, 2, 1)), velocities=np.zeros((1, d)), contact=np.zeros(horizon),
-        halves=np.concatenate([h.ravel() for h in halves]) if midway else np.zeros(0),
-    )  # fmt: skip
-    plain = PersonMass.of(lattice=lattice, steps=steps, midway=halves, reach=reach)
-    for kernel in (blocks.lay_out, blocks.lay_out.py_func):
+def test_blocks_of_a_prediction_are_its_steps_and_mid_steps(d, midway):
+    case = draw_encounter(d, d=d, reach=1, steps=2, horizon=3, walls=False)
+    for kernel in (blocks.put_steps, blocks.put_steps.py_func):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("sidestep.prediction.person_mass.lay_out", kernel)
-            found = PersonMass.of_prediction(prediction)
+            patch.setattr("sidestep.prediction.occupancy.put_steps", kernel)
+            prediction = predicted(case, midway=midway)
+        found = PersonMass.of_prediction(prediction)
+        steps = prediction.occupancy.probability
+        plain = PersonMass.of(lattice=prediction.occupancy.lattice, steps=steps, midway=prediction.midway, reach=1)
+        assert len(prediction.midway) == (3 if midway else 0)
         for name in ("flat", "offsets", "radii"):
             np.testing.assert_array_equal(getattr(found, name), getattr(plain, name))
 

@@ -101,11 +101,12 @@ def _mixed(mind: Mind, prediction: Prediction) -> FloatArray:
 
 def person_plan(subject: Subject, seen: Forecast) -> PersonPlan:
     """Return what a plan made under `seen` says of one person; whoever is too far away is predicted when asked for."""
-    mind, spread = subject.mind, subject.spread
+    mind, spread, path = subject.mind, subject.spread, seen.path
     prediction = seen.predictions.get(mind.id)
+    known = None if prediction is None else prediction.occupancy  # a plan is kept; all of `seen` need not be
     return PersonPlan(
         belief=mind.belief.concerned,
-        foretell=lambda: (prediction or subject.predicted(seen.path, Workspace())).occupancy,
+        foretell=lambda: subject.predicted(path, Workspace()).occupancy if known is None else known,
         collision_probability=np.zeros(seen.around.horizon) if prediction is None else prediction.contact,
         goals=dict(zip(map(_name, mind.goals), mind.belief.goals.tolist(), strict=True)),
         randomness=mind.randomness,

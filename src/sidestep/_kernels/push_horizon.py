@@ -49,7 +49,7 @@ class Conditions(NamedTuple):
         half_centre: in mid-step mass, in dense columns.
         boxes: (N+1, 7) and
         shares: of `push_sections.contact_shares`; size 0: nothing is removed.
-        offsets: (N+1,) where mid-step k starts in the flat array of these.
+        offsets: (2N+2,) where the mass at a half instant starts in the flat array of all of them.
     """
 
     dimension: int
@@ -114,7 +114,7 @@ def propagate(
         lines: (≥ 4, C) scratch.
         occupancy: ((N+1)·rows, C), added to; or size 0.
         contact: (N,) first-passage probability, added to.
-        halves: flat mid-step masses, added to; or size 0.
+        halves: flat masses at half instants, the odd ones of which are added to; or size 0.
         actions: (n,) written at the first step: P(u | x; goal, β) at the anchor (Eq. 4); or size 0.
 
     Returns:
@@ -182,7 +182,7 @@ def propagate(
         if occupancy.size > 0:
             add_box(field, there, box, centre, d, occupancy, (k + 1) * rows)
         if half >= 0:
-            add_planes(field, half, given.half_centre, 2 * box - reach, d, halves, given.offsets[k])
+            add_planes(field, half, given.half_centre, 2 * box - reach, d, halves, given.offsets[2 * k + 1])
         if given.boxes.size == 0:
             continue
         if not touched:

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from sidestep._kernels.blocks import put_steps
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import row_shape
 from sidestep.human.goals import Goal
@@ -69,7 +70,8 @@ class Prediction:
         action_probabilities: (G, 2, n) P(u | x_0; goal, β) at the first instant (Eq. 4), [:, 1] concerned.
         velocities: (n, d) m/s of these actions in the world frame.
         contact: (N,) P(first contact at k = 1..N) along the robot's path; zeros without removal.
-        halves: mass at k + ½ for k = 0..N−1, flat, one after another (see `midway`); empty if not asked for.
+        blocks: mass at half instants 0, 1, … 2N, flat, each on its own box (`propagation.Constants`); empty without
+            mid-steps.
         hypotheses: (G, 2, N+1, cells…) mass of each hypothesis, weight included; None if not asked for, or if
             awareness is resampled.
     """
@@ -78,26 +80,26 @@ class Prediction:
     action_probabilities: FloatArray
     velocities: FloatArray
     contact: FloatArray
-    halves: FloatArray = field(default_factory=lambda: np.zeros(0))
+    blocks: FloatArray = field(default_factory=lambda: np.zeros(0))
     hypotheses: FloatArray | None = None
 
     @cached_property
     def midway(self) -> tuple[FloatArray, ...]:
         """N arrays, mass at k + ½ on `midway_lattice(k)`; empty if not asked for."""
-        lattice, steps = self.occupancy.lattice, len(self.occupancy) - 1
-        reach = lattice.radius // max(steps, 1)
-        widths = [2 * reach * (2 * k + 1) + 1 for k in range(steps if self.halves.size else 0)]
-        ends = np.cumsum([w**lattice.dimension for w in widths])
-        parts = np.split(self.halves, ends[:-1]) if widths else []
-        return tuple(_read_only(p.reshape((w,) * lattice.dimension)) for p, w in zip(parts, widths, strict=True))
+        d, steps = self.occupancy.lattice.dimension, len(self.occupancy) - 1
+        widths = [self.midway_lattice(k).shape[0] for k in range(steps if self.blocks.size else 0)]
+        ends = np.cumsum([size for k, w in enumerate(widths) for size in ((2 * k * self._reach + 1) ** d, w**d)])
+        parts = [self.blocks[ends[2 * k] : ends[2 * k + 1]] for k in range(len(widths))]
+        return tuple(_read_only(p.reshape((w,) * d)) for p, w in zip(parts, widths, strict=True))
+
+    @property
+    def _reach(self) -> int:
+        return self.occupancy.lattice.radius // max(len(self.occupancy) - 1, 1)
 
     def midway_lattice(self, k: int) -> Lattice:
         """Return the lattice of `midway[k]`: half the spacing, radius reach·(2k + 1)."""
-        lattice = self.occupancy.lattice
-        reach = lattice.radius // (len(self.occupancy) - 1)
-        return Lattice(
-            origin=lattice.origin, spacing=lattice.spacing / 2, radius=reach * (2 * k + 1), rotation=lattice.rotation
-        )
+        lattice, radius = self.occupancy.lattice, self._reach * (2 * k + 1)
+        return Lattice(origin=lattice.origin, spacing=lattice.spacing / 2, radius=radius, rotation=lattice.rotation)
 
 
 def frame_of(model: HumanModel, position: VectorLike, velocity: VectorLike | None, time_step: float) -> Lattice:
@@ -167,7 +169,7 @@ def predict(
     results = Results(
         occupancy=np.zeros(((horizon + 1) * rows, width)),
         contact=np.zeros(horizon),
-        halves=np.zeros(int(scene.given.offsets[-1]) if midway else 0),
+        blocks=np.zeros(int(scene.given.offsets[-1]) if midway else 0),
     )
     kept = np.zeros((len(goals), 2, (horizon + 1) * rows, width)) if keep_hypotheses and persistent else None
     first = np.empty((len(goals), 2, (2 * reach + 1) ** d))
@@ -184,6 +186,10 @@ def predict(
     if kept is not None:
         results.occupancy[:] = kept.sum(axis=(0, 1))
     cells = (horizon + 1, *(width,) * d)
+    if midway:
+        put_steps(
+            results.occupancy.reshape(horizon + 1, rows, width), d, scene.given.offsets, scene.radii, results.blocks
+        )
     return Prediction(
         occupancy=Occupancy(
             lattice=lattice.with_radius(reach * horizon),
@@ -193,7 +199,7 @@ def predict(
         action_probabilities=_read_only(first),
         velocities=_read_only(action_velocities(model, lattice, time_step)),
         contact=_read_only(results.contact),
-        halves=_read_only(results.halves),
+        blocks=_read_only(results.blocks),
         hypotheses=None if kept is None else _read_only(kept.reshape(len(goals), 2, *cells)),
     )
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sidestep._kernels.blocks import lay_out
 from sidestep._kernels.risk import compact
 from sidestep.lattice import Lattice
 from sidestep.types import FloatArray, IntArray
@@ -48,6 +47,7 @@ class PersonMass:
         reach: int = 2,
         weights: FloatArray | None = None,
         sigmas: FloatArray | None = None,
+        profile: tuple[FloatArray, FloatArray] | None = None,
     ) -> PersonMass:
         """Collect the mass at steps (N+1, cells…; radius reach·N) and midway (N arrays, radius reach·(2k+1)).
 
@@ -69,7 +69,9 @@ class PersonMass:
                 blocks.append(np.zeros(0))
         offsets = np.concatenate([[0], np.cumsum([x.size for x in blocks])]).astype(np.int64)
         flat = np.concatenate(blocks).astype(np.float64, copy=False)
-        return cls(lattice=lattice, flat=flat, offsets=offsets, radii=radii, weights=weights, sigmas=sigmas)
+        return cls(
+            lattice=lattice, flat=flat, offsets=offsets, radii=radii, weights=weights, sigmas=sigmas, profile=profile
+        )
 
     @classmethod
     def of_prediction(
@@ -81,16 +83,19 @@ class PersonMass:
         profile: tuple[FloatArray, FloatArray] | None = None,
     ) -> PersonMass:
         """Collect the mass of a `Prediction`; `weights` (C,), `sigmas` (2N+1, C) m and `profile` as for the class."""
-        lattice, steps = prediction.occupancy.lattice, prediction.occupancy.probability
-        horizon, width = len(steps) - 1, steps.shape[-1]
-        offsets, radii = np.zeros(2 * horizon + 2, np.int64), np.zeros(2 * horizon + 1, np.int64)
+        occupancy, lattice = prediction.occupancy, prediction.occupancy.lattice
+        horizon = len(occupancy) - 1
         reach = lattice.radius // max(1, horizon)
-        flat = lay_out(
-            steps.reshape(horizon + 1, -1, width), prediction.halves, lattice.dimension, reach, offsets, radii
-        )
+        if prediction.blocks.size == 0:
+            steps = occupancy.probability
+            return cls.of(lattice=lattice, steps=steps, reach=reach, weights=weights, sigmas=sigmas, profile=profile)
+        half_instants = np.arange(2 * horizon + 1)
+        radii = reach * np.where(half_instants % 2 == 1, half_instants, half_instants // 2)
+        offsets = np.concatenate([[0], np.cumsum((2 * radii + 1) ** lattice.dimension)])
         return cls(
-            lattice=lattice, flat=flat, offsets=offsets, radii=radii, weights=weights, sigmas=sigmas, profile=profile
-        )
+            lattice=lattice, flat=prediction.blocks, offsets=offsets, radii=radii, weights=weights, sigmas=sigmas,
+            profile=profile,
+        )  # fmt: skip
 
     @property
     def spacings(self) -> FloatArray:

@@ -54,11 +54,11 @@ class Removal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Results:
-    """What hypotheses add to: occupancy ((N+1)·rows, C), contact (N,), flat mid-steps (or size 0)."""
+    """What hypotheses add to: occupancy ((N+1)·rows, C), contact (N,), mid-steps among flat blocks (or size 0)."""
 
     occupancy: FloatArray
     contact: FloatArray
-    halves: FloatArray
+    blocks: FloatArray
 
 
 class Workspace:
@@ -88,7 +88,10 @@ class Workspace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constants:
-    """What depends on sizes alone: scratch (the field of masses, its lines, contact shares) and constants."""
+    """What depends on sizes alone: scratch (the field of masses, its lines, contact shares) and constants.
+
+    The mass at half instants 0..2N makes up blocks, flat, of `radii` cells from the anchor; they begin at `offsets`.
+    """
 
     field: FloatArray
     lines: FloatArray
@@ -97,6 +100,7 @@ class Constants:
     same: FloatArray
     shares: FloatArray
     offsets: IntArray
+    radii: IntArray
     nobody: Choices
 
 
@@ -104,7 +108,7 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
     rows, columns = row_shape(2 * reach * horizon + 1, dimension)
     half_rows = 2 * row_shape(4 * reach * horizon - 2 * reach + 1, dimension)[0]
     count = 2 * reach + 1
-    sizes = [(2 * reach * (2 * k + 1) + 1) ** dimension for k in range(horizon)]
+    radii = [reach * (b if b % 2 else b // 2) for b in range(2 * horizon + 1)]
     return Constants(
         field=np.zeros((4 * rows + half_rows, columns + 1)),
         lines=np.zeros((4, columns + 1)),
@@ -112,7 +116,8 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
         all_used=np.ones(3 * count),
         same=np.repeat(np.eye(count)[None], 3, axis=0),
         shares=np.empty(sum((2 * reach * k + 1) ** dimension for k in range(1, horizon + 1))),
-        offsets=np.cumsum(np.array([0, *sizes]), dtype=np.int64),
+        offsets=np.cumsum(np.array([0, *((2 * r + 1) ** dimension for r in radii)]), dtype=np.int64),
+        radii=np.array(radii, dtype=np.int64),
         nobody=boxes([0] * horizon, dimension, words_of(reach, dimension), 0),
     )
 
@@ -177,6 +182,11 @@ class Scene:
         given = _conditions(model, grid, danger.path, horizon, removal, walls, constants)
         return cls(policies, given, space, constants, horizon, lead)
 
+    @property
+    def radii(self) -> IntArray:
+        """(2N+1,) cells from the anchor to the faces of each block."""
+        return self._constants.radii
+
     def push(
         self, goal: int, weight: float, concerned: float, results: Results, actions: FloatArray | None = None
     ) -> None:
@@ -191,7 +201,7 @@ class Scene:
 
     def first_actions(self, goal: int, beta: float, actions: FloatArray) -> None:
         """Write P(u | x; goal, β) at the anchor now into `actions` (n,)."""
-        nowhere = Results(occupancy=np.zeros((0, 0)), contact=np.zeros(1), halves=np.zeros(0))
+        nowhere = Results(occupancy=np.zeros((0, 0)), contact=np.zeros(1), blocks=np.zeros(0))
         self._propagate(goal, 0, 1, False, 1.0, beta, nowhere, actions)
 
     def _propagate(
@@ -207,7 +217,7 @@ class Scene:
     ) -> bool:
         return propagate(
             self._behave(goal, first, last, concerned > 0), self.given, first, last, touched, weight, concerned,
-            self._constants.field, self._constants.lines, results.occupancy, results.contact, results.halves,
+            self._constants.field, self._constants.lines, results.occupancy, results.contact, results.blocks,
             np.zeros(0) if actions is None else actions,
         )  # fmt: skip
 
