@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from sidestep.errors import InvalidFile, InvalidInput, UnknownName
 from sidestep.io.files import written
+from sidestep.io.human_models import read_human_table
 from sidestep.io.toml import to_toml, without_none
 from sidestep.simulation.scenario import Scenario
 
@@ -40,6 +41,8 @@ def shipped_text(name: str) -> str:
 def load_scenario(name: str | Path, changes: Iterable[str] = (), **values: Any) -> Scenario:
     """Read a scenario by the name of a shipped one, or by the path of a TOML file.
 
+    `human = "FILE"` instead of a table [human] takes it from a file that `sidestep fit` wrote.
+
     Args:
         name: of a shipped scenario, or a path (with a `/` or ending in `.toml`).
         changes: "table.field=value" each, value in TOML; applied in order, before anything is checked.
@@ -57,6 +60,8 @@ def load_scenario(name: str | Path, changes: Iterable[str] = (), **values: Any) 
     _absolute_files(data, Path(source).parent if source != stem else None)
     for change in changes:
         _apply(data, change)
+    if isinstance(data.get("human"), str):
+        data["human"] = read_human_table(data["human"])
     return Scenario.parse(without_none(data) | values, source="" if source == stem else source)
 
 
@@ -104,7 +109,7 @@ def _absolute_files(data: dict[str, Any], folder: Path | None) -> None:
     if folder is None:
         return
     recording = data.get("recording")
-    for table, field in ((data, "map"), (recording, "file")):
+    for table, field in ((data, "map"), (data, "human"), (recording, "file")):
         if isinstance(table, dict) and isinstance(table.get(field), str):
             table[field] = str(folder / table[field])
 

@@ -1,0 +1,132 @@
+"""What `sidestep evaluate --people` does: predictions, beliefs and trips on recorded people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sidestep.errors import InvalidInput, UnknownName
+
+if TYPE_CHECKING:
+    from sidestep.human.model import HumanModel
+    from sidestep.simulation.recordings import Recording
+    from sidestep.studies.people_awareness import Vehicle
+
+STUDIES = ("prediction", "awareness", "replay")
+DRIVERS = "sidestep,orca,mpc,chance,stop-and-go"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PeopleRequest:
+    """What was asked for; see `sidestep evaluate --help`."""
+
+    files: tuple[Path, ...]
+    studies: tuple[str, ...]
+    model: Path | None
+    vehicles: tuple[str, ...]
+    navigators: tuple[str, ...]
+    trips: int
+    moments: int
+    ablations: bool
+    seed: int
+    workers: int
+    engine: str
+
+
+def evaluate_people(request: PeopleRequest) -> dict[str, Any]:
+    """Run the studies on every file; the object that --json prints."""
+    from sidestep.human.model import HumanModel
+    from sidestep.io.human_models import read_human_model
+    from sidestep.io.tracks import read_recordings
+
+    _check(request)
+    model = HumanModel() if request.model is None else read_human_model(request.model)
+    found: dict[str, list[dict[str, Any]]] = {study: [] for study in STUDIES}
+    for n, file in enumerate(request.files):
+        recordings = read_recordings(file)
+        label = {"file": name_of(file)}
+        if "prediction" in request.studies:
+            found["prediction"] += [label | row for row in _predictions(recordings, model, request)]
+        vehicle = vehicle_of(recordings, request.vehicles[n] if request.vehicles else None)
+        if "awareness" in request.studies and vehicle is not None:
+            found["awareness"] += [label | row for row in _beliefs(recordings, model, vehicle, request)]
+        if "replay" in request.studies:
+            found["replay"] += [label | row for row in _trips(file, request)]
+    return {"people": found, "seed": request.seed}
+
+
+def name_of(file: Path) -> str:
+    """Return what a file of tracks is called in tables: its folder where it is called tracks itself."""
+    name = file.name.removesuffix(".gz").removesuffix(".csv")
+    return file.resolve().parent.name if name == "tracks" else name
+
+
+def vehicle_of(recordings: Mapping[str, Recording], name: str | None) -> Vehicle | None:
+    """Return the size of what drives around: as named, or by its kind; None where nothing does."""
+    from sidestep.studies.people_awareness import CAR, CART, ROBOT
+
+    known = {"car": CAR, "cart": CART, "robot": ROBOT}
+    if name is not None:
+        return known[name]
+    kinds = {track.kind for recording in recordings.values() for track in recording.tracks}
+    return ROBOT if "robot" in kinds else CAR if kinds - {"ped"} else None
+
+
+def _check(request: PeopleRequest) -> None:
+    for study in request.studies:
+        if study not in STUDIES:
+            raise UnknownName("--studies", study, STUDIES)
+    for vehicle in request.vehicles:
+        if vehicle not in ("car", "cart", "robot"):
+            raise UnknownName("--vehicle", vehicle, ("car", "cart", "robot"))
+    if request.vehicles and len(request.vehicles) != len(request.files):
+        raise InvalidInput("--vehicle", ",".join(request.vehicles), f"{len(request.files)} names, one per --people")
+    for name, value in (("--trips", request.trips), ("--moments", request.moments)):
+        if value < 1:
+            raise InvalidInput(name, value, "an integer ≥ 1")
+
+
+def _predictions(
+    recordings: Mapping[str, Recording], model: HumanModel, request: PeopleRequest
+) -> Sequence[dict[str, Any]]:
+    from sidestep.commands.reproduction import progress_bar
+    from sidestep.studies.people_prediction import prediction_study
+
+    with progress_bar("predictions") as tell:
+        return prediction_study(
+            recordings,
+            model,
+            fitted=True,
+            ablations=request.ablations,
+            most=request.moments,
+            seed=request.seed,
+            progress=tell,
+        )
+
+
+def _beliefs(
+    recordings: Mapping[str, Recording], model: HumanModel, vehicle: Vehicle, request: PeopleRequest
+) -> Sequence[dict[str, Any]]:
+    from sidestep.commands.reproduction import progress_bar
+    from sidestep.studies.people_awareness import awareness_study
+
+    with progress_bar("beliefs") as tell:
+        return awareness_study(recordings, model, vehicle, seed=request.seed, progress=tell)
+
+
+def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
+    from sidestep.commands.reproduction import progress_bar
+    from sidestep.studies.people_replay import replay_study
+
+    with progress_bar("trips") as tell:
+        return replay_study(
+            file,
+            request.navigators,
+            trips=request.trips,
+            seed=request.seed,
+            workers=request.workers,
+            engine=request.engine,
+            progress=tell,
+        )

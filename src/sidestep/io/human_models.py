@@ -1,0 +1,68 @@
+"""Human models as files: TOML with a table [human], as a scenario has it; what a file does not name keeps its default."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, cast
+
+from pydantic import TypeAdapter, ValidationError
+
+from sidestep.errors import InvalidFile
+from sidestep.human.model import HumanModel
+from sidestep.io.files import written
+from sidestep.io.toml import to_toml, without_none
+from sidestep.simulation.faults import one_line
+
+_MODEL: TypeAdapter[HumanModel] = TypeAdapter(HumanModel)
+
+
+def read_human_table(path: str | Path) -> dict[str, Any]:
+    """Return the table [human] of a file, unchecked.
+
+    Raises:
+        InvalidFile: the file is absent, no TOML, or has no such table.
+    """
+    allowed = "a TOML file with a table [human], as `sidestep fit` writes it"
+    try:
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InvalidFile(str(path), "no such file", allowed) from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InvalidFile(str(path), str(error), allowed) from None
+    table = data.get("human")
+    if not isinstance(table, dict):
+        raise InvalidFile(str(path), "no table [human]", allowed)
+    return without_none(cast(dict[str, Any], table))
+
+
+def read_human_model(path: str | Path) -> HumanModel:
+    """Read a model.
+
+    Raises:
+        InvalidFile: as `read_human_table`.
+        InvalidInput: one line per field that is unknown or not allowed.
+    """
+    try:
+        return _MODEL.validate_python(read_human_table(path))
+    except ValidationError as error:
+        raise one_line(error, HumanModel, str(path)) from None
+
+
+def write_human_model(model: HumanModel, path: Path, notes: Mapping[str, object] | None = None) -> Path:
+    """Write the fields of `model` that differ from the defaults, and `notes` as comments; return the path.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    default = asdict(HumanModel())
+    table = {name: value for name, value in asdict(model).items() if value != default[name]}
+    if "habits" in table:
+        own: dict[str, Any] = table["habits"]
+        table["habits"] = {name: value for name, value in own.items() if value != default["habits"][name]}
+    comments = "".join(f"# {key}: {value}\n" for key, value in (notes or {}).items())
+    with written(path) as file:
+        file.write((comments + to_toml({"human": table})).encode())
+    return path
