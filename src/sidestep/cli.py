@@ -27,6 +27,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "sidestep.commands.study:study",
         "several robots, safety filter, danger signal, unknown goals",
     ),
+    "fit": ("sidestep.commands.fit:fit", "a human model from recorded tracks, and what it is worth"),
     "live": ("sidestep.commands.live:live", "be the pedestrian: a page in the browser"),
     "animate": ("sidestep.commands.animate:animate", "a film of a recorded run"),
     "replay": ("sidestep.commands.replay:replay", "plan over a recording: predicted against actual positions"),

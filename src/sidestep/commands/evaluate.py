@@ -17,8 +17,13 @@ def evaluate(
     navigators: str | None = None,
     episodes: int | None = None,
     calibration: bool = False,
-    people: Path | None = None,
+    people: tuple[Path, ...] = (),
+    studies: str = "prediction,awareness,replay",
+    vehicle: str | None = None,
+    model: Path | None = None,
     trips: int = 40,
+    moments: int = 600,
+    ablations: bool = False,
     seed: int = 0,
     workers: int | None = None,
     engine: str = "joblib",
@@ -35,15 +40,20 @@ def evaluate(
         navigators: comma-separated names; all that are installed by default.
         episodes: per condition and navigator (or per kind of people, for the calibration).
         calibration: compare predicted collision probabilities with realised frequencies instead.
-        people: recorded people (CSV of tracks) instead: predictions against a fitted constant-velocity model, and trips
-            of the robot through people who do not react.
-        trips: of each navigator through the recorded people.
+        people: recorded people instead (CSV of tracks, may be given several times): predictions against a fitted
+            constant-velocity model, beliefs against who reacted, trips through people who do not react.
+        studies: which of prediction, awareness, replay; with --people.
+        vehicle: car, cart or robot, comma-separated, one for each --people; by its kind unless given.
+        model: human model that `sidestep fit` wrote; the defaults unless given; with --people.
+        trips: of each navigator through each file of recorded people.
+        moments: about so many are predicted per file of recorded people.
+        ablations: also predict recorded people with parts of the model taken away.
         seed: base of all seeds.
         workers: processes; all cores by default.
         engine: joblib (this machine) or ray (a cluster).
         address: of the Ray cluster.
         out: folder for results.json and finished pieces.
-        page: JSON file to write for the pages of evidence, with the figure in ../../figures (calibration).
+        page: JSON file to write for the pages of evidence, with the figures in ../../figures (calibration, people).
         json: print one JSON object and nothing else.
     """
     import json as text
@@ -52,24 +62,38 @@ def evaluate(
     from sidestep.io.files import ready_folder, written
 
     folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
-    if people is not None:
-        result = _recorded(people, navigators, trips, seed, jobs, engine)
-        found = result["people"]["prediction"] + result["people"]["replay"]
-        rows = [[", ".join(f"{k} {_short(v)}" for k, v in row.items() if not isinstance(v, list))] for row in found]
-        header: tuple[str, ...] = ("recorded people",)
-    elif calibration:
+    if people:
+        from sidestep.commands.evaluate_people import DRIVERS, PeopleRequest, evaluate_people
+        from sidestep.commands.evaluate_people_report import report
+
+        request = PeopleRequest(
+            files=people,
+            studies=tuple(studies.split(",")),
+            model=model,
+            vehicles=tuple(vehicle.split(",")) if vehicle else (),
+            navigators=tuple((navigators or DRIVERS).split(",")),
+            trips=trips,
+            moments=moments,
+            ablations=ablations,
+            seed=seed,
+            workers=jobs,
+            engine=engine,
+        )
+        report(evaluate_people(request), folder, page, json=json)
+        return
+    if calibration:
         from sidestep.commands.calibration import calibrated
 
         count = episodes or (CALIBRATION_QUICK if quick else CALIBRATION_FULL)
         found = calibrated(count, seed, jobs, engine, folder, page)
         result: dict[str, Any] = {"calibration": found}
         rows = [[k, f"{v['ece']:.4f}", f"{v['brier']:.4f}", str(v["n"]), str(v["steps"])] for k, v in found.items()]
-        header = ("people", "expected calibration error", "Brier", "pairs", "steps")
+        header: tuple[str, ...] = ("people", "expected calibration error", "Brier", "pairs", "steps")
     else:
         result = _compared(quick, conditions, navigators, episodes, seed, jobs, engine, address, folder)
         rows = [_line(row) for row in result["conditions"]]
         header = ("condition", "navigator", "n", "moving contacts", "99 % bound", "standing", "success", "time s")
-    with written(folder / ("people.json" if people else "calibration.json" if calibration else "results.json")) as file:
+    with written(folder / ("calibration.json" if calibration else "results.json")) as file:
         file.write(text.dumps(plain(result), indent=1).encode())
     if json:
         emit_json(result)
@@ -77,21 +101,6 @@ def evaluate(
     table(rows, header=header)
     for name, why in result.get("skipped", []):
         print(f"left out: {name} ({why})")
-
-
-def _recorded(file: Path, navigators: str | None, trips: int, seed: int, jobs: int, engine: str) -> dict[str, Any]:
-    from sidestep.commands.reproduction import progress_bar
-    from sidestep.human.model import HumanModel
-    from sidestep.io.tracks import read_recordings
-    from sidestep.studies.people_prediction import prediction_study
-    from sidestep.studies.people_replay import replay_study
-
-    with progress_bar("predictions") as tell:
-        prediction = prediction_study(read_recordings(file), HumanModel(), progress=tell)
-    drivers = (navigators or "sidestep,chance,stop-and-go").split(",")
-    with progress_bar("trips") as tell:
-        replay = replay_study(file, drivers, trips=trips, seed=seed, workers=jobs, engine=engine, progress=tell)
-    return {"people": {"prediction": prediction, "replay": replay}}
 
 
 def _compared(
@@ -146,10 +155,6 @@ def _compared(
         "price_of_unconcern": price_of_unconcern(found),
         "skipped": [list(s) for s in skipped],
     }
-
-
-def _short(value: Any) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _line(row: dict[str, Any]) -> list[str]:

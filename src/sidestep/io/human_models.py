@@ -1,4 +1,4 @@
-"""Human models as files: TOML with a table [human], as a scenario has it; what a file does not name keeps its default."""
+"""Human models as files: TOML with a table [human], as a scenario has it; what is not named keeps its default."""
 
 from __future__ import annotations
 
