@@ -63,7 +63,7 @@ def evaluate(
 
     folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
     if people:
-        from sidestep.commands.evaluate_people import DRIVERS, PeopleRequest, evaluate_people
+        from sidestep.commands.evaluate_people import DRIVERS, PeopleRequest, evaluate_people, name_of
         from sidestep.commands.evaluate_people_report import report
 
         request = PeopleRequest(
@@ -79,7 +79,8 @@ def evaluate(
             workers=jobs,
             engine=engine,
         )
-        report(evaluate_people(request), folder, page, json=json)
+        command = "sidestep evaluate " + " ".join(f"--people {name_of(file)}" for file in people)
+        report(evaluate_people(request), folder, page, command, json=json)
         return
     if calibration:
         from sidestep.commands.calibration import calibrated
