@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sidestep.errors import InvalidFile, InvalidInput, MissingExtra, OutputError, SidestepError, UnknownName
+    from sidestep.fleet import Announced, FleetPlanner
     from sidestep.human.model import HumanModel
     from sidestep.human.observation import PersonObservation
     from sidestep.lattice import Lattice
@@ -30,7 +31,9 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "Announced": "fleet",
     "DifferentialDrive": "robots",
+    "FleetPlanner": "fleet",
     "Holonomic": "robots",
     "HumanModel": "human.model",
     "InvalidFile": "errors",
@@ -55,7 +58,9 @@ _HOME = {
 }
 
 __all__ = [
+    "Announced",
     "DifferentialDrive",
+    "FleetPlanner",
     "Holonomic",
     "HumanModel",
     "InvalidFile",

@@ -29,7 +29,7 @@ def study(
         workers: processes; all cores by default.
         engine: joblib (this machine) or ray (a cluster).
         out: folder for results and finished pieces.
-        page: JSON file to write for the pages of evidence.
+        page: JSON file to write for the pages of evidence (docs/evidence/results); a figure goes to docs/figures.
         json: print one JSON object and nothing else.
     """
     from sidestep.commands.console import emit_json, plain, show, table
@@ -37,6 +37,8 @@ def study(
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.io.files import ready_folder
     from sidestep.studies.arms import run_study, studies
+    from sidestep.viewer.figure_studies import study_figure
+    from sidestep.viewer.figures import save_figure
 
     folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
     with progress_bar(name) as tell:
@@ -58,12 +60,19 @@ def study(
         "episodes": found,
     }
     _write(folder / f"{name}.json", plain(result))
+    figure = study_figure(name, found)
+    if figure is not None:
+        save_figure(figure, folder / f"{name}.png")
     if page is not None:
         from sidestep.commands.provenance import provenance
 
         count = asked.episodes if episodes is None else episodes
         table_ = {"title": "Results", "header": list(asked.header), "rows": rows}
         whole = {"title": asked.title, "lead": [asked.lead], "tables": [table_], "remarks": remarks}
+        figures = page.parent.parent.parent / "figures"
+        if figure is not None and figures.is_dir():
+            save_figure(figure, figures / f"study-{name}.png")
+            whole["figures"] = [{"file": f"study-{name}.png", "alt": asked.title}]
         _write(page, plain(whole | provenance(f"sidestep study {name} --episodes {count}")))
     if json:
         emit_json(result)

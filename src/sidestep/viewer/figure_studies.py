@@ -1,0 +1,74 @@
+"""Figures of studies with and without something."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from sidestep.types import FloatArray
+from sidestep.viewer import style
+
+Columns = Mapping[str, Mapping[str, FloatArray]]
+_DASHES = ("-", "--")
+
+
+def study_figure(name: str, found: Columns) -> Figure | None:
+    """Return the figure of a study (arm → column → (E,)), or None for those whose table says it all."""
+    if name == "goals":
+        return _by_steps_seen(found)
+    if name == "signal":
+        return _times(found)
+    if name == "robots":
+        return _distances(found)
+    return None
+
+
+def _by_steps_seen(found: Columns) -> Figure:
+    """Mean log-likelihood of the coming step that is lost, ± 2 standard errors, over the steps seen before."""
+    figure = style.new_figure(6.4, 4.0)
+    axes = figure.subplots()
+    told, hidden = found.values()
+    steps = np.arange(len(told))
+    gaps = np.array([told[f"seen_{k}"] - hidden[f"seen_{k}"] for k in steps])
+    error = gaps.std(axis=1, ddof=1) / np.sqrt(gaps.shape[1]) if gaps.shape[1] > 1 else np.zeros(len(steps))
+    mean = gaps.mean(axis=1)
+    axes.plot(steps, mean, color=style.ROBOT, marker="o", linewidth=style.LINE)
+    axes.fill_between(steps, mean - 2 * error, mean + 2 * error, color=style.ROBOT, alpha=0.25, linewidth=0)
+    axes.axhline(0.0, color=style.CROWD, linestyle="--", linewidth=1.2)
+    axes.axvline(5.0, color=style.CROWD, linestyle=":", linewidth=1.2)
+    style.style_axes(
+        axes, x="steps of 0.5 s that have been seen", y="log-likelihood lost\nby not knowing the goal (nat)"
+    )
+    return figure
+
+
+def _times(found: Columns) -> Figure:
+    """Times to the goal of the same encounters, with and without a signal."""
+    figure = style.new_figure(6.4, 4.0)
+    axes = figure.subplots()
+    for (arm, columns), dashes in zip(found.items(), _DASHES, strict=False):
+        times = np.sort(columns["time"][np.isfinite(columns["time"])])
+        share = np.arange(1, len(times) + 1) / max(len(times), 1)
+        colour = style.ROBOT if dashes == "-" else style.PEOPLE[0]
+        axes.step(times, share, dashes, where="post", color=colour, linewidth=style.LINE, label=f"the robot {arm}")
+    style.style_axes(axes, x="time to the goal (s)", y="share of encounters that are over")
+    axes.set_ylim(0.0, 1.02)
+    axes.legend(frameon=False, fontsize=style.TEXT, loc="lower right")
+    return figure
+
+
+def _distances(found: Columns) -> Figure:
+    """How near two robots came to each other, per episode."""
+    figure = style.new_figure(6.4, 4.0)
+    axes = figure.subplots()
+    edges = np.arange(0.0, 3.01, 0.1)
+    for (arm, columns), colour in zip(found.items(), (style.ROBOT, style.PEOPLE[0]), strict=False):
+        nearest = np.minimum(columns["robot_min_distance"], edges[-1] - 1e-9)
+        weights = np.full(len(nearest), 1.0 / len(nearest))
+        axes.hist(nearest, bins=edges.tolist(), weights=weights, color=colour, alpha=0.6, label=arm)
+    axes.axvline(0.6, color=style.LIMIT, linestyle="--", linewidth=1.4, label="bodies touch")
+    style.style_axes(axes, x="least distance between two robots (m)", y="share of episodes")
+    axes.legend(frameon=False, fontsize=style.TEXT)
+    return figure
