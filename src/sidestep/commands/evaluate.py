@@ -78,6 +78,7 @@ def evaluate(
             seed=seed,
             workers=jobs,
             engine=engine,
+            folder=folder,
         )
         command = "sidestep evaluate " + " ".join(f"--people {name_of(file)}" for file in people)
         report(evaluate_people(request), folder, page, command, json=json)

@@ -33,6 +33,7 @@ class PeopleRequest:
     seed: int
     workers: int
     engine: str
+    folder: Path
 
 
 def evaluate_people(request: PeopleRequest) -> dict[str, Any]:
@@ -118,6 +119,7 @@ def _beliefs(
 
 def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
     from sidestep.commands.reproduction import progress_bar
+    from sidestep.io.checkpoints import Checkpoints
     from sidestep.studies.people_replay import replay_study
 
     with progress_bar("trips") as tell:
@@ -128,5 +130,6 @@ def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
             seed=request.seed,
             workers=request.workers,
             engine=request.engine,
+            store=Checkpoints(request.folder / "pieces"),
             progress=tell,
         )

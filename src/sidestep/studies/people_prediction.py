@@ -22,7 +22,7 @@ BASELINE = "constant-velocity"
 _INDICES = [HORIZONS.index(h) for h in SCORED]
 FOLD_ITERATIONS = 12  # of a fit that starts from a model for people like these
 FOLDS = 30  # more scenes than this are put together by the first part of their names
-NEGLIGIBLE = 1e-7  # mass of a lattice cell that is left out of the mixture
+NEGLIGIBLE = 3e-7  # mass of a lattice cell and class that is left out of the mixture
 
 
 def predict_moment(moment: Moment, watcher: Watcher, indices: Sequence[int]) -> list[Density]:
@@ -35,14 +35,15 @@ def predict_moment(moment: Moment, watcher: Watcher, indices: Sequence[int]) -> 
     found: list[Density] = []
     for row, k in enumerate(indices):
         mass = occupancy.probability[k + 1].reshape(-1)
-        kept = mass > NEGLIGIBLE
         weights, sigmas = (np.ones(1), np.full(1, 1e-3)) if spread is None else (spread[0], spread[1][row])
-        share = np.outer(mass[kept], weights)
+        share = np.outer(mass, weights)
+        cell, kind = np.nonzero(share > NEGLIGIBLE)
+        kept = share[cell, kind]
         found.append(
             Density(
-                weights=share.reshape(-1) / share.sum(),
-                means=np.repeat(places[kept], len(weights), axis=0),
-                sigmas=np.repeat(np.tile(sigmas, int(kept.sum()))[:, None], 2, axis=1),
+                weights=kept / kept.sum(),
+                means=places[cell],
+                sigmas=np.repeat(sigmas[kind][:, None], 2, axis=1),
             )
         )
     return found

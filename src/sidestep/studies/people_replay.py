@@ -5,6 +5,8 @@ A trip counts where a blind robot, straight at full speed, would have touched so
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,6 +22,7 @@ from sidestep.obstacles import Obstacles
 from sidestep.simulation.recordings import Recording, Track
 from sidestep.simulation.scenario import Scenario
 from sidestep.studies.engines import run_pieces
+from sidestep.studies.evaluate import Store
 from sidestep.studies.episode import columns, histogram, quantile, run_episode
 from sidestep.studies.opponents import contestants
 from sidestep.studies.statistics import clopper_pearson, upper_bound
@@ -48,6 +51,12 @@ class Journey:
     navigator: str
     number: int
 
+    @property
+    def name(self) -> str:
+        """Under which a finished trip is kept."""
+        told = json.dumps(self.scenario, sort_keys=True).encode()
+        return f"replay-{self.number}-{self.navigator}-{hashlib.sha256(told).hexdigest()[:16]}"
+
 
 def replay_study(
     file: Path,
@@ -58,6 +67,7 @@ def replay_study(
     seed: int = 0,
     workers: int = 1,
     engine: str = "joblib",
+    store: Store | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> list[dict[str, Any]]:
     """Send every navigator on the same trips.
@@ -69,6 +79,7 @@ def replay_study(
         kinds: of agents that are people.
         seed: of the choice of trips.
         workers, engine: see `run_pieces`.
+        store: where finished trips are kept and looked for.
         progress: called with (trips done, all trips).
 
     Returns:
@@ -78,12 +89,19 @@ def replay_study(
     chosen = choose_trips(file, recordings, trips=trips, kinds=kinds, seed=seed)
     pieces = [
         Journey(file=str(file), scenario=scenario.settings(), navigator=name, number=i)
-        for name in navigators
         for i, scenario in enumerate(chosen)
+        for name in navigators
     ]
     found: dict[tuple[str, int], tuple[list[float], FloatArray]] = {}
-    for piece, row, times in run_pieces(travel, pieces, workers=workers, engine=engine):
+    for piece in pieces:
+        kept = None if store is None else store.load(piece.name)
+        if kept is not None:
+            found[piece.navigator, piece.number] = kept["row"], np.array(kept["times"])
+    left = [p for p in pieces if (p.navigator, p.number) not in found]
+    for piece, row, times in run_pieces(travel, left, workers=workers, engine=engine):
         found[piece.navigator, piece.number] = row, times
+        if store is not None:
+            store.keep(piece.name, {"row": row, "times": times.tolist()})
         if progress is not None:
             progress(len(found), len(pieces))
     return [_row(name, [found[name, i] for i in range(len(chosen))]) for name in navigators if chosen]
