@@ -19,6 +19,7 @@ def evaluate(
     calibration: bool = False,
     people: tuple[Path, ...] = (),
     studies: str = "prediction,awareness,replay",
+    without: str = "",
     vehicle: str | None = None,
     model: Path | None = None,
     trips: int = 40,
@@ -43,6 +44,7 @@ def evaluate(
         people: recorded people instead (CSV of tracks, may be given several times): predictions against a fitted
             constant-velocity model, beliefs against who reacted, trips through people who do not react.
         studies: which of prediction, awareness, replay; with --people.
+        without: comma-separated scenes that are left out; with --people.
         vehicle: car, cart or robot, comma-separated, one for each --people; by its kind unless given.
         model: human model that `sidestep fit` wrote; the defaults unless given; with --people.
         trips: of each navigator through each file of recorded people.
@@ -69,6 +71,7 @@ def evaluate(
         request = PeopleRequest(
             files=people,
             studies=tuple(studies.split(",")),
+            without=tuple(without.split(",")),
             model=model,
             vehicles=tuple(vehicle.split(",")) if vehicle else (),
             navigators=tuple((navigators or DRIVERS).split(",")),
@@ -81,6 +84,7 @@ def evaluate(
             folder=folder,
         )
         command = "sidestep evaluate " + " ".join(f"--people {name_of(file)}" for file in people)
+        command += f" --studies {studies}" + (f" --without {without}" if without else "")
         report(evaluate_people(request), folder, page, command, json=json)
         return
     if calibration:

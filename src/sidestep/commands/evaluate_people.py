@@ -24,6 +24,7 @@ class PeopleRequest:
 
     files: tuple[Path, ...]
     studies: tuple[str, ...]
+    without: tuple[str, ...]
     model: Path | None
     vehicles: tuple[str, ...]
     navigators: tuple[str, ...]
@@ -46,7 +47,7 @@ def evaluate_people(request: PeopleRequest) -> dict[str, Any]:
     model = HumanModel() if request.model is None else read_human_model(request.model)
     found: dict[str, list[dict[str, Any]]] = {study: [] for study in STUDIES}
     for n, file in enumerate(request.files):
-        recordings = read_recordings(file)
+        recordings = {k: r for k, r in read_recordings(file).items() if k not in request.without}
         label = {"file": name_of(file)}
         if "prediction" in request.studies:
             found["prediction"] += [label | row for row in _predictions(recordings, model, request)]
@@ -127,6 +128,7 @@ def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
             file,
             request.navigators,
             trips=request.trips,
+            without=request.without,
             seed=request.seed,
             workers=request.workers,
             engine=request.engine,

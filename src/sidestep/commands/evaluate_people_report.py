@@ -104,7 +104,7 @@ def write_people_page(result: Mapping[str, Any], page: Path, command: str) -> No
         if rows and study == "prediction":
             tables.append(_per_scene(rows))
     told = {
-        "title": "Recorded people",
+        "title": "Recorded people: " + ", ".join(study for study, rows in result["people"].items() if rows),
         "lead": [_WORDS[study] for study, rows in result["people"].items() if rows],
         **provenance(command),
         "figures": figures,

@@ -12,6 +12,7 @@ def fit(
     out: Path = Path("human.toml"),
     start: Path | None = None,
     kinds: str = "ped",
+    without: str = "",
     every: float = 0.8,
     most: int = 600,
     seed: int = 0,
@@ -28,6 +29,7 @@ def fit(
         out: file to write.
         start: human model to start from; the defaults unless given.
         kinds: comma-separated kinds of agents that are people.
+        without: comma-separated scenes that are left out.
         every: s between the moments of a track.
         most: about so many moments are scored with one scene left out at a time; 0: no such score.
         seed: of the choice of moments.
@@ -35,7 +37,16 @@ def fit(
     """
     from sidestep.commands.console import emit_json, show
 
-    result = make(tracks, out=out, start=start, kinds=tuple(kinds.split(",")), every=every, most=most, seed=seed)
+    result = make(
+        tracks,
+        out=out,
+        start=start,
+        kinds=tuple(kinds.split(",")),
+        without=tuple(without.split(",")),
+        every=every,
+        most=most,
+        seed=seed,
+    )
     if json:
         emit_json(result)
         return
@@ -50,7 +61,15 @@ def fit(
 
 
 def make(
-    tracks: Path, *, out: Path, start: Path | None, kinds: tuple[str, ...], every: float, most: int, seed: int
+    tracks: Path,
+    *,
+    out: Path,
+    start: Path | None,
+    kinds: tuple[str, ...],
+    without: tuple[str, ...],
+    every: float,
+    most: int,
+    seed: int,
 ) -> dict[str, Any]:
     """Fit, score, write; the object that --json prints."""
     from dataclasses import asdict
@@ -62,7 +81,7 @@ def make(
     from sidestep.studies.people_fit import fit_model, walking_speeds
     from sidestep.studies.people_prediction import prediction_study
 
-    recordings = read_recordings(tracks)
+    recordings = {k: r for k, r in read_recordings(tracks).items() if k not in without}
     model = HumanModel() if start is None else read_human_model(start)
     with progress_bar("fit") as tell:
         found = fit_model(recordings, model, kinds=kinds, every=every, seed=seed, progress=tell)

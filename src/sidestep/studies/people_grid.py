@@ -89,14 +89,15 @@ def score(mass: FloatArray, truth: FloatArray) -> Score:
     squares = float((mass**2).sum())
     ordered = np.sort(mass, axis=None)[::-1]
     total = np.cumsum(ordered)
-    above = float(mass[mass > true_mass].sum())
+    tied = np.isclose(mass, true_mass, rtol=1e-9, atol=0.0)  # mirrored cells: each gets its share of what is left
+    above, equal = float(mass[(mass > true_mass) & ~tied].sum()), float(mass[tied].sum())
     covered, area = np.zeros(len(LEVELS)), np.zeros(len(LEVELS))
     for n, level in enumerate(LEVELS):
         last = int(np.searchsorted(total, level))
         before = total[last - 1] if last else 0.0
         share = (level - before) / ordered[last] if last < len(ordered) else 0.0
         area[n] = (last + share) * CELL**2
-        covered[n] = np.clip((level - above) / true_mass, 0.0, 1.0) if true_mass > 0 else float(above < level)
+        covered[n] = np.clip((level - above) / equal, 0.0, 1.0) if true_mass > 0 else float(above < level)
     return Score(
         log_loss=float(-np.log(max(true_mass, FLOOR) / CELL**2)),
         brier=squares - 2.0 * true_mass + 1.0,

@@ -22,8 +22,8 @@ from sidestep.obstacles import Obstacles
 from sidestep.simulation.recordings import Recording, Track
 from sidestep.simulation.scenario import Scenario
 from sidestep.studies.engines import run_pieces
-from sidestep.studies.evaluate import Store
 from sidestep.studies.episode import columns, histogram, quantile, run_episode
+from sidestep.studies.evaluate import Store
 from sidestep.studies.opponents import contestants
 from sidestep.studies.statistics import clopper_pearson, upper_bound
 from sidestep.types import FloatArray
@@ -64,6 +64,7 @@ def replay_study(
     *,
     trips: int,
     kinds: Sequence[str] = ("ped",),
+    without: Sequence[str] = (),
     seed: int = 0,
     workers: int = 1,
     engine: str = "joblib",
@@ -77,6 +78,7 @@ def replay_study(
         navigators: names of `contestants()`.
         trips: per file, spread evenly over its scenes.
         kinds: of agents that are people.
+        without: scenes that are left out.
         seed: of the choice of trips.
         workers, engine: see `run_pieces`.
         store: where finished trips are kept and looked for.
@@ -85,7 +87,7 @@ def replay_study(
     Returns:
         One row per navigator, JSON-able.
     """
-    recordings = read_recordings(file)
+    recordings = {name: r for name, r in read_recordings(file).items() if name not in without}
     chosen = choose_trips(file, recordings, trips=trips, kinds=kinds, seed=seed)
     pieces = [
         Journey(file=str(file), scenario=scenario.settings(), navigator=name, number=i)

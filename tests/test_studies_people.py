@@ -1,0 +1,151 @@
+"""The studies on recorded people, on tracks made by hand whose answers are known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from made_tracks import straight, track
+from sidestep.human.model import HumanModel
+from sidestep.io.checkpoints import Checkpoints
+from sidestep.simulation.recordings import Recording, Track
+from sidestep.studies.people_awareness import CAR, ROBOT, awareness_study, beliefs, vehicle_model
+from sidestep.studies.people_encounters import encounters, placebos
+from sidestep.studies.people_grid import Density, masses, score
+from sidestep.studies.people_replay import choose_trips, replay_study
+from sidestep.types import FloatArray
+
+
+def car() -> Track:
+    """Drives along x at 3 m/s and crosses the people's way after 6 s."""
+    moving = straight("v", (-18.0, 0.0), (3.0, 0.0))
+    return Track(agent="v", kind="veh", time=moving.time, positions=moving.positions)
+
+
+def crossing(stops: bool) -> Track:
+    """A person who would be at the crossing point with the car; one who stops does so 3 m before it."""
+    time = np.arange(0.0, 12.0, 0.1)
+    y = -1.2 * (6.0 - time)
+    return track("p", np.stack([np.zeros_like(y), np.minimum(y, -3.6) if stops else y], axis=1), step=0.1)
+
+
+def scene(*tracks: Track, name: str = "made") -> Recording:
+    return Recording(name=name, tracks=tracks)
+
+
+def test_who_stops_for_the_car_reacted_and_who_walks_on_did_not() -> None:
+    for stops in (True, False):
+        (found,) = encounters(scene(crossing(stops), car()), CAR.near)
+        assert found.reacted == stops
+        assert found.kept < CAR.near
+        assert not found.placebo
+        np.testing.assert_allclose(found.vehicle_from(found.onset + 1.0, 3, 0.5)[:, 1], 0.0, atol=1e-9)
+        reached = -18.0 + 3.0 * (found.onset + np.array([1.0, 1.5, 2.0]))
+        np.testing.assert_allclose(found.vehicle_from(found.onset + 1.0, 3, 0.5)[:, 0], reached, atol=1e-6)
+
+
+def test_no_encounter_without_a_collision_course() -> None:
+    away = straight("p", (0.0, 2.0), (0.0, 1.2))
+    assert encounters(scene(away, car()), CAR.near) == []
+    standing = track("p", np.zeros((120, 2)), step=0.1)
+    assert encounters(scene(standing, car()), CAR.near) == []
+
+
+def test_placebos_are_people_with_no_vehicle_near() -> None:
+    with_car = scene(crossing(True), car())
+    alone = scene(straight("q", (100.0, 100.0), (0.0, 1.2)), name="alone")
+    real = encounters(with_car, CAR.near)
+    recordings = {"made": with_car, "alone": alone}
+    found = placebos(recordings, real, CAR.near, np.random.default_rng(0))
+    assert {e.agent for e in found} <= {"q"}
+    assert all(e.placebo and not e.reacted for e in found)
+    assert found, "a transplanted car must meet somebody who walks as its own person did"
+
+
+def test_a_larger_vehicle_is_minded_from_further_away() -> None:
+    model = HumanModel()
+    assert vehicle_model(model, ROBOT).danger_rate == pytest.approx(model.danger_rate)
+    assert vehicle_model(model, CAR).danger_rate < model.danger_rate
+
+
+def test_beliefs_are_causal() -> None:
+    """What a person does after the belief is read cannot change it."""
+    (walks,) = encounters(scene(crossing(False), car()), CAR.near)
+    model = vehicle_model(HumanModel(), CAR)
+    early = beliefs(walks, model, CAR)
+    later = walks.track.positions + np.where(walks.track.time > walks.onset + 0.55, 3.0, 0.0)[:, None]
+    changed = Track(agent="p", kind="ped", time=walks.track.time, positions=later)
+    other = beliefs(_with_track(walks, changed), model, CAR)
+    assert early[0] == other[0]
+    assert ((early > 0.0) & (early < 1.0)).all()
+
+
+def _with_track(encounter, changed):  # type: ignore[no-untyped-def]
+    from dataclasses import replace
+
+    return replace(encounter, track=changed)
+
+
+def test_the_awareness_study_counts_what_there_is() -> None:
+    recordings = {
+        "stops": scene(crossing(True), car(), name="stops"),
+        "walks": scene(crossing(False), car(), name="walks"),
+    }
+    rows = awareness_study(recordings, HumanModel(), CAR)
+    assert [r["delay"] for r in rows] == [0.5, 1.0, 1.5]
+    for r in rows:
+        assert (r["encounters"], r["reacted"]) == (2, 1)
+        assert r["base_log_loss"] == pytest.approx(np.log(2.0))
+        assert r["auc"] in (0.0, 0.5, 1.0)
+    nobody = awareness_study({"empty": scene(straight("q", (0.0, 0.0), (1.0, 0.0)))}, HumanModel(), CAR)
+    assert nobody[0]["encounters"] == 0
+    assert nobody[0]["auc"] is None
+
+
+def test_a_prediction_that_knows_scores_best_and_covers() -> None:
+    def at(mean: FloatArray, sigma: float) -> Density:
+        return Density(weights=np.ones(1), means=np.array([mean]), sigmas=np.full((1, 2), sigma))
+
+    truth = np.array([1.0, 0.0])
+    right, wrong = (score(masses(at(np.array(m), 0.1), 10), truth) for m in ([1.0, 0.0], [-1.0, 0.0]))
+    assert right.log_loss == pytest.approx(-np.log(1.0 / 0.25), abs=0.05)
+    assert right.log_loss < wrong.log_loss
+    assert right.brier < wrong.brier
+    assert wrong.covered.max() == 0.0
+    draws = np.random.default_rng(0).normal(0.0, 1.0, (3000, 2))
+    mass = masses(at(np.zeros(2), 1.0), 20)
+    covered = np.mean([score(mass, d).covered for d in draws], axis=0)
+    np.testing.assert_allclose(covered, [0.5, 0.9, 0.95, 0.99], atol=0.02)
+
+
+def crowd(path: Path) -> Path:
+    """Somebody walks up and down where a blind robot would drive; enough people to make trips of."""
+    lines = ["scene,t,agent,kind,x,y"]
+    for n in range(6):
+        for k in range(300):
+            t = 0.2 * k
+            lines.append(f"s,{t:.1f},p{n},ped,{12.0 * abs((0.1 * t + n / 6) % 2 - 1):.3f},{1.5 * n - 4.0:.3f}")
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.slow
+def test_trips_are_the_same_for_everybody_and_finished_ones_are_kept(tmp_path: Path) -> None:
+    from sidestep.io.tracks import read_recordings
+
+    file = crowd(tmp_path / "tracks.csv")
+    recordings = read_recordings(file)
+    trips = choose_trips(file, recordings, trips=2, kinds=("ped",), seed=1)
+    assert len(trips) == 2
+    for trip in trips:
+        start, goal = np.array(trip.robot.start), np.array(trip.robot.goal)
+        assert 7.0 <= np.linalg.norm(goal - start) <= 10.0
+    store = Checkpoints(tmp_path / "pieces")
+    rows = replay_study(file, ["stop-and-go", "chance"], trips=2, seed=1, store=store)
+    assert [r["navigator"] for r in rows] == ["stop-and-go", "chance"]
+    assert all(r["trips"] == 2 for r in rows)
+    assert len(list(store.folder.iterdir())) == 4
+    again = replay_study(file, ["stop-and-go", "chance"], trips=2, seed=1, store=store)
+    assert again == rows  # planning times, too: nothing was run anew
