@@ -15,6 +15,10 @@ from numba import njit
 from sidestep.types import FloatArray, IntArray
 
 
+EXACT = 1e-5
+"""Probability that the risk of a spread-out person may be too high by, never too low."""
+
+
 @njit(cache=True)
 def mass_within(
     points: FloatArray,
@@ -77,6 +81,19 @@ def mass_within(
 
 
 @njit(cache=True)
+def _ends(flat: FloatArray, start: int, stop: int, slack: float) -> tuple[int, int, float]:
+    """Part of a row without ends that weigh at most `slack` together, and what they weigh."""
+    outside = 0.0
+    while start < stop and outside + flat[start] <= slack:
+        outside += flat[start]
+        start += 1
+    while stop > start and outside + flat[stop - 1] <= slack:
+        outside += flat[stop - 1]
+        stop -= 1
+    return start, stop, outside
+
+
+@njit(cache=True)
 def mass_near(
     points: FloatArray,
     instants: IntArray,
@@ -91,6 +108,8 @@ def mass_near(
     grids: FloatArray,
 ) -> FloatArray:
     """Sum, for every point, Σ_x mass(x)·F(‖point − x‖) with the tabulated F of the block.
+
+    The ends of rows that weigh next to nothing are counted as if they were near; `EXACT` says how much that may be.
 
     Args:
         points: (M, 3) m, world.
@@ -131,7 +150,7 @@ def mass_near(
             low[a] = max(-r * active[a], math.ceil(local[a] - reach))
             high[a] = min(r * active[a], math.floor(local[a] + reach))
         w1, w2 = 2 * r * active[1] + 1, 2 * r * active[2] + 1
-        n = np.uintp(max(high[2] - low[2] + 1, 0))
+        slack = EXACT / ((2 * r * active[0] + 1) * w1)
         curve = samples[block]
         total = 0.0
         for i in range(low[0], high[0] + 1):
@@ -139,13 +158,15 @@ def mass_near(
                 aside = (i - local[0]) ** 2 + (j - local[1]) ** 2
                 if aside > reach * reach:
                     continue
-                start = low[2] - local[2]
+                row = offsets[block] + ((i + r * active[0]) * w1 + j + r * active[1]) * w2 + r * active[2]
+                left, right, outside = _ends(flat, row + low[2], row + high[2] + 1, slack)
+                total += outside
+                at, n = np.uintp(left), np.uintp(right - left)
+                start = left - row - local[2]
                 for c in range(n):  # apart from the look-up below, so that it runs on whole registers
                     along = start + c
                     x = spacing * math.sqrt(aside + along * along) - radius
                     place[c] = min((x / (abs(x) + scale) - first) / step, last - 1e-9)
-                at = np.uintp(offsets[block] + ((i + r * active[0]) * w1 + j + r * active[1]) * w2)
-                at += np.uintp(r * active[2] + low[2])
                 for c in range(n):
                     q = np.uint32(place[c])
                     total += flat[at + c] * (curve[q] + (place[c] - q) * (curve[q + 1] - curve[q]))
