@@ -14,7 +14,6 @@ from numba import njit
 
 from sidestep.types import FloatArray, IntArray
 
-
 EXACT = 1e-5
 """Probability that the risk of a spread-out person may be too high by, never too low."""
 
