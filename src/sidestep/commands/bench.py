@@ -6,9 +6,13 @@ import os
 import platform
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sidestep.studies.bench import Case
 
 PEER_PROMISES = {
     "ORCA": "nothing about people who do not give way",
@@ -43,7 +47,7 @@ def bench(*, quick: bool = False, out: Path = Path("results/bench"), json: bool 
 def measured(quick: bool, say: Any) -> dict[str, Any]:
     """Run everything, one thing after the other on one core."""
     from sidestep.studies.bench import CASES, Case, deadline_overruns, exponents, time_case, time_peers
-    from sidestep.studies.bench_floor import ceilings, floor_fraction
+    from sidestep.studies.bench_floor import ceilings, floor_fraction, kernel_work
 
     steps = 60 if quick else 300
     limits = ceilings()
@@ -55,19 +59,10 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
     peers, missing = time_peers(steps=steps)
     same = time_case(Case(name="N = 15, one person", target=float("nan"), horizon=15), steps=steps)
     say("bench: growth")
-    growth = {
-        "N_R = N_H = N (expected 4)": [
-            (n, time_case(Case(name="", target=0, horizon=n), steps=20).median) for n in (20, 30, 40)
-        ],
-        "people (expected 1)": [
-            (p, time_case(Case(name="", target=0, horizon=10, people=p), steps=20).median) for p in (5, 10, 20)
-        ],
-        "goals (expected 1)": [
-            (g, time_case(Case(name="", target=0, horizon=10, goals=g), steps=20).median) for g in (3, 6, 12)
-        ],
-    }
+    growth = {name: [(x, time_case(c, steps=20).median) for x, c in series] for name, series in _growth(Case)}
     say("bench: floor of the sweeps")
     floors = {f"N = {n}": floor_fraction(n, limits) for n in (5, 10, 20, 50)}
+    kernels = kernel_work(20, limits)
     say("bench: deadline")
     overruns = deadline_overruns(deadline=0.01, horizon=50, steps=1000 if quick else 10_000)
     say("bench: start-up, memory, episodes, SciPy transcription")
@@ -102,6 +97,7 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
         "ceilings": limits,
         "floor_fraction": {name: f["fraction"] for name, f in floors.items()},
         "floors": floors,
+        "kernels": kernels,
         "exponents": exponents(growth),
         "growth": {k: [list(p) for p in v] for k, v in growth.items()},
         "deadline": overruns,
@@ -110,6 +106,19 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
             "ms": [timings[0].median, timings[1].median, same.median, timings[2].median, timings[3].median],
         },
     }
+
+
+def _growth(case: type[Case]) -> list[tuple[str, list[tuple[int, Case]]]]:
+    """What time is measured over, with the exponent that is expected, and the cases: (size, case)."""
+    one = partial(case, name="", target=0.0)
+    return [
+        ("N_R = N_H = N (expected 4)", [(n, one(horizon=n)) for n in (20, 30, 40)]),
+        ("people (expected 1)", [(p, one(horizon=10, people=p)) for p in (5, 10, 20)]),
+        ("goals (expected 1)", [(g, one(horizon=10, goals=g)) for g in (3, 6, 12)]),
+        # components of actions, T per axis: T cells more per step on every axis, T sums per axis and cell
+        ("actions per axis, d = 2 (expected 3)", [(2 * r + 1, one(horizon=20, reach=r)) for r in (1, 2, 3)]),
+        ("d: factor per dimension over N (expected 1)", [(6**d, one(horizon=5, dimension=d)) for d in (1, 2, 3)]),
+    ]
 
 
 def _other_cases() -> list[dict[str, Any]]:

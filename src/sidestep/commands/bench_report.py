@@ -39,7 +39,22 @@ def show_tables(result: dict[str, Any]) -> None:
         print(f"left out: {line}")
     table([[k, f"{v:.3g}"] for k, v in result["ratios"].items()], title="ratios within this run")
     limits = result["ceilings"]
-    floors = [
+    best = f"{limits['gflops']:.1f} Gflop/s, {limits['gbytes_per_s']:.1f} GB/s"
+    header = ("case", "Mflop", "MB", "floor ms", "measured ms", "fraction")
+    title = f"prediction of one concerned person; this machine's ceilings: {best}"
+    table(_floors(result["floors"]), title=title, header=header)
+    table(_floors(result["kernels"]), title="parts of a planning step, N = 20, one person", header=header)
+    table([[k, f"{v:.2f}"] for k, v in result["exponents"].items()], title="growth: exponent of time over size")
+    d = result["deadline"]
+    print(
+        f"deadline {d['deadline_ms']:g} ms at N = {d['horizon']}: {100 * d['share']:.2f} % of {d['steps']} steps late, "
+        f"worst by {d['worst_ms']:.2f} ms"
+    )
+
+
+def _floors(found: dict[str, Any]) -> list[list[str]]:
+    """Rows of what must be done, how long that would take at the ceilings, and how long it took."""
+    return [
         [
             name,
             f"{f['flop'] / 1e6:.1f}",
@@ -48,17 +63,8 @@ def show_tables(result: dict[str, Any]) -> None:
             f"{f['ms']:.3f}",
             f"{f['fraction']:.2f}",
         ]
-        for name, f in result["floors"].items()
+        for name, f in found.items()
     ]
-    best = f"{limits['gflops']:.1f} Gflop/s, {limits['gbytes_per_s']:.1f} GB/s"
-    title = f"prediction of one concerned person; this machine's ceilings: {best}"
-    table(floors, title=title, header=("case", "Mflop", "MB", "floor ms", "measured ms", "fraction"))
-    table([[k, f"{v:.2f}"] for k, v in result["exponents"].items()], title="growth: exponent of time over size")
-    d = result["deadline"]
-    print(
-        f"deadline {d['deadline_ms']:g} ms at N = {d['horizon']}: {100 * d['share']:.2f} % of {d['steps']} steps late, "
-        f"worst by {d['worst_ms']:.2f} ms"
-    )
 
 
 def draw(result: dict[str, Any], out: Path) -> list[str]:

@@ -27,7 +27,7 @@ class Case:
         name: for the table; target: ms at the 95th percentile.
         horizon: steps; people: how many; dimension: d.
         goals: candidate goals per person: 1 is known, more are candidates.
-        spacing: m between the people of a crowd.
+        reach: largest action in cells; (2·reach + 1)^d actions.
     """
 
     name: str
@@ -36,6 +36,7 @@ class Case:
     people: int = 1
     dimension: int = 2
     goals: int = 1
+    reach: int = 2
 
 
 CASES: tuple[Case, ...] = (
@@ -98,7 +99,7 @@ def time_case(case: Case, *, steps: int, deadline: float | None = None) -> Timin
     planner = Planner(
         robot=Holonomic(max_speed=1.0, radius=0.3),
         goal=np.zeros(case.dimension),
-        human=HumanModel(goals=goals),
+        human=HumanModel(goals=goals, reach=case.reach),
         time_step=STEP,
         horizon=case.horizon,
         deadline=deadline,
