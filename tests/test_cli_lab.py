@@ -59,6 +59,8 @@ def test_score_prints_a_table(recording, capsys):
         (["--labelled", "a.npz"], "--labelled"),
         (["--train", "legs.txt"], "ends in .npz"),
         (["--human", "curious"], "concerned"),
+        (["--planner-rate", "3"], "planner_rate"),
+        (["--seeds", "0", "--kinematic"], "--seeds"),
     ],
 )
 def test_a_mistake_is_one_line(arguments, names, capsys):
@@ -72,3 +74,20 @@ def test_a_classifier_of_another_kind_is_refused(recording, tmp_path, capsys):
     np.savez(tmp_path / "other.npz", base=np.zeros(3))
     assert execute(["lab", "--score", str(recording), "--classifier", str(tmp_path / "other.npz")]) == BAD_INPUT
     assert "other.npz" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_room_gives_the_promised_numbers_a_figure_and_records(tmp_path, capsys):
+    out = tmp_path / "lab"
+    options = ["--kinematic", "--human", "unconcerned", "--seed", "1", "--latency", "100", "--out", str(out), "--json"]
+    assert execute(["lab", *options]) == 0
+    found = json.loads(capsys.readouterr().out)
+    promised = {"human", "seeds", "contacts_moving", "contacts_standing", "reached", "belief_correct", "pi_r_ratio"}
+    assert promised | {"planner_hz", "tracker"} <= set(found)
+    assert set(found["tracker"]) == {"precision", "recall", "id_switches", "rmse_m"}
+    assert (found["human"], found["seeds"], found["runs"]) == ("unconcerned", 1, 1)
+    assert found["scan_age_ms"] > 150  # a scan takes 100 ms, its way as long
+    assert 0 < found["planner_hz"] <= 2.0
+    assert {"concerned.npz", "unconcerned.npz", "lab.png", "results.json"} == {file.name for file in out.iterdir()}
+    each = json.loads((out / "results.json").read_text())["each"]
+    assert [run["human"] for run in each] == ["concerned", "unconcerned"]

@@ -198,3 +198,15 @@ def test_blind_scans_report_nobody(ranges):
     tracker = Tracker()
     for k in range(5):
         assert tracker.update(Scan(time=0.1 * k, ranges=ranges, beams=RPLIDAR_A2M8, pose=np.zeros(3))) == []
+
+
+def test_the_velocity_of_someone_who_stands_is_known_well_and_honestly():
+    errors, claims = [], []
+    for seed in range(3):
+        film = Film(room(), [line((1.5, 1.0), (1.5, 1.0), 1.0), line((-1.2, 1.4), (-1.2, 1.4), 1.0)], seed=seed)
+        _, reports = follow(film, 4.0)
+        errors += [p.velocity for found in reports[20:] for p in found]
+        claims += [p.velocity_covariance[0, 0] for found in reports[20:] for p in found]
+    claimed, real = np.sqrt(np.mean(claims)), np.sqrt(np.mean(np.square(errors)))
+    assert claimed < 0.25
+    assert real < 1.2 * claimed

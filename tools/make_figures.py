@@ -29,6 +29,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "policies": method_pictures.policies,
     "looking-ahead": method_pictures.looking_ahead,
     "hole": method_pictures.hole,
+    "lab": run_pictures.laboratory,
 }
 FILMS = {"stubborn": "unconcerned", "courteous": "concerned"}
 

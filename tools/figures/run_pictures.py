@@ -7,13 +7,17 @@ from matplotlib.lines import Line2D
 
 import sidestep
 from sidestep.io.scenarios import load_scenario
+from sidestep.simulation.lab import run_lab
+from sidestep.simulation.lab_room import LabSettings
 from sidestep.simulation.record import Record
 from sidestep.viewer import style
+from sidestep.viewer.figure_lab import lab_runs_figure
 from sidestep.viewer.figure_scene import draw_paths
 from sidestep.viewer.figure_series import draw_distance
 from sidestep.viewer.figures import run_figure
 
 SEED = 1
+ROOM = 0  # of the laboratory
 
 
 def crossing(kind: str, seed: int = SEED) -> Record:
@@ -62,3 +66,9 @@ def parameter_sets() -> Figure:
         axes.set(ylim=(-0.05, 1.05), yticks=(0, 0.5, 1))
         axes.legend(frameon=False, fontsize=style.SMALL, title="the person is, 5 seeds", title_fontsize=style.SMALL)
     return figure
+
+
+def laboratory() -> Figure:
+    """A room of the simulated laboratory, once with a concerned and once with an unconcerned person."""
+    rooms = (LabSettings(human="concerned", seed=ROOM), LabSettings(human="unconcerned", seed=ROOM))
+    return lab_runs_figure({s.human: run_lab(s, snapshots=32).record for s in rooms})

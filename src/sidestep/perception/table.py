@@ -40,8 +40,13 @@ class TrackTable:
     def __len__(self) -> int:
         return int(self.number.size)
 
-    def predict(self, duration: float, agility: float) -> None:
-        """Move all tracks on by `duration` (s); `agility` is the density of the white acceleration noise (m²/s³)."""
+    def predict(self, duration: float, agility: FloatArray | float) -> None:
+        """Move all tracks on.
+
+        Args:
+            duration: s.
+            agility: m²/s³, density of the white acceleration noise, one for all or (T,).
+        """
         pp, pv, vv = self.covariance.T
         self.position = self.position + duration * self.velocity
         self.covariance = np.stack(

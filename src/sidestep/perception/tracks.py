@@ -24,6 +24,7 @@ class TrackerSettings:
 
     Attributes:
         agility: m²/s³, density of the acceleration noise of a person, with odometry or a scanner that stands.
+        agility_standing: m²/s³, the same of someone who hardly moves: their velocity is known better.
         agility_adrift: m²/s³, the same where the scanner moves in an unknown way.
         pair_deviation: m, of the middle of two legs about the middle of the person, per axis.
         single_deviation: m, of one leg; merged_deviation: m, of a cluster that holds both.
@@ -38,7 +39,8 @@ class TrackerSettings:
         map_margin: m; what lies this near to a wall of the map, or inside it, is taken for the wall.
     """
 
-    agility: float = 2.5
+    agility: float = 1.5
+    agility_standing: float = 0.05
     agility_adrift: float = 1.5
     pair_deviation: float = 0.08
     single_deviation: float = 0.13
@@ -60,10 +62,11 @@ _START = -0.5  # log likelihood ratio from which a leg begins a track
 _MIN_AGE = 0.3  # s before a track is reported
 _TENTATIVE_PATIENCE = 0.35  # s
 _HOPELESS = -2.5  # score at which a track is given up
-_LOST = 1.2  # m; standard deviation at which a track is given up: about 1.1 s in the shade of something
+_LOST = 1.2  # m; standard deviation at which a track is given up: after about 1.2 s in the shade of something
 _MOVED = 0.5  # m from where a track began: something that stands does not seem to get there
 _SAME = 0.3  # m; two tracks this near are one person
 _FASTEST = 3.5  # m/s; what seems to move faster is two things taken for one
+_STANDS = 0.3  # m/s
 _FIRST_SPEED = 1.0  # m/s; standard deviation of an unknown velocity
 _LONGEST_GAP = 3.0  # s without scans after which all is forgotten
 _BOTH = 0.5
@@ -114,7 +117,7 @@ class Tracker:
             self._count = count
         duration = scan.time - self.time if self._past else 0.0
         fixed = scan.pose is not None or stands_still(scan, self._past)
-        self.tracks.predict(duration, self.settings.agility if fixed else self.settings.agility_adrift)
+        self.tracks.predict(duration, self._agility() if fixed else self.settings.agility_adrift)
         twist = self._twist(scan)
         legs = find_legs(scan, self._classifier, twist=twist, nearest=self.settings.own_body)
         evidence = np.clip(legs.leg, -_CAP, _CAP)
@@ -137,7 +140,7 @@ class Tracker:
         later = TrackTable(
             position=self.tracks.position, velocity=self.tracks.velocity, covariance=self.tracks.covariance
         )
-        later.predict(ahead, self.settings.agility)
+        later.predict(ahead, self._agility())
         return [
             PersonObservation(
                 id=str(self.tracks.number[row]),
@@ -153,6 +156,11 @@ class Tracker:
         """Return whether the person with this identity was seen to leave the place where they were first seen."""
         rows = np.flatnonzero(self.tracks.number == int(name))
         return bool(self.tracks.moved[rows].any())
+
+    def _agility(self) -> FloatArray:
+        """(T,) m²/s³ of each track."""
+        standing = np.hypot(*self.tracks.velocity.T) < _STANDS
+        return np.where(standing, self.settings.agility_standing, self.settings.agility)
 
     def _twist(self, scan: Scan) -> FloatArray | None:
         """Return how the scanner has moved since the last scan, (3,) m/s, m/s, rad/s; None where unknown."""
