@@ -86,5 +86,4 @@ def test_no_kernel_has_grown_slow(name: str, calls: dict[str, tuple[Callable[...
     line = np.linspace(0, 1, 2048, dtype=np.float32)
     loop = _best(lambda: min_plus_repeatedly(line, np.empty_like(line), 1000))
     ratio = _best(lambda: kernel(*arguments)) / loop
-    print(name, round(ratio,4))
     assert ratio < SLACK * KERNELS[name][1], f"{name} takes {ratio:.3g} times the loop"

@@ -202,3 +202,11 @@ def test_the_same_calls_give_the_same_plans() -> None:
 
     for a, b in zip(run(), run(), strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+def test_a_map_without_walls_is_no_map() -> None:
+    plans = [
+        planner(obstacles=walls).step(time=0.0, robot=ROBOT, people=[person(-3.0, -3.0)])
+        for walls in (None, sidestep.Obstacles())
+    ]
+    np.testing.assert_allclose(plans[0].positions, plans[1].positions, atol=1e-6)

@@ -20,6 +20,7 @@ CHORDS = 4
 """Half-planes per step that stand for the speed disc, around the present direction."""
 CHORD_ANGLE = 0.35
 """rad that each of them spans; the speed lost between two is 1.5 %."""
+_FAR = 1e3  # m; walls farther away than this are as good as none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -205,14 +206,13 @@ def _wall_room(problem: PlanningProblem, doubled: FloatArray, directions: FloatA
     assert problem.obstacles is not None
     d = doubled.shape[1]
     h = 0.25 * spacing
-    gap = problem.obstacles.distance(doubled) - problem.margin
-    slope = np.stack(
-        [
-            (problem.obstacles.distance(doubled + h * e) - problem.obstacles.distance(doubled - h * e)) / (2 * h)
-            for e in np.eye(d)
-        ],
-        axis=1,
-    )
+
+    def away(points: FloatArray) -> FloatArray:
+        assert problem.obstacles is not None
+        return np.minimum(problem.obstacles.distance(points), _FAR)  # a map may hold no wall at all
+
+    gap = away(doubled) - problem.margin
+    slope = np.stack([(away(doubled + h * e) - away(doubled - h * e)) / (2 * h) for e in np.eye(d)], axis=1)
     closing = -(slope @ directions.T)
     room = np.where(closing > 0.5, np.maximum(gap, 0.0)[:, None] / np.maximum(closing, 0.5), np.inf)
     room[:2] = np.inf  # the first step is judged by itself
