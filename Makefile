@@ -48,6 +48,10 @@ test-browser: setup  ## drive the live page in Debian's chromium; pictures and m
 campaign: setup  ## 100,000 random steps with faults, and 500 histories of faults that hypothesis searches
 	SIDESTEP_FAULT_STEPS=100000 SIDESTEP_FAULT_EXAMPLES=500 $(BIN)/pytest -n $(JOBS) -q --benchmark-disable tests/test_planner_faults.py tests/test_planner_faults_stateful.py
 
+reproduction: setup  ## the paper's claims with few seeds, and whether all are there and on the page
+	$(BIN)/sidestep reproduce --quick --out results/reproduction-quick
+	$(BIN)/python tools/check_reproduction.py results/reproduction-quick/results.json docs/evidence/reproduction.md
+
 lint: setup  ## ruff: rules and format
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .

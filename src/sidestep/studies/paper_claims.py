@@ -1,4 +1,4 @@
-"""The paper's claims: what each says, what is measured for it, and the verdict with its interval."""
+"""How each claim of the paper is judged: what is measured for it, and the verdict with its interval."""
 
 from __future__ import annotations
 
@@ -34,25 +34,6 @@ class Finding:
     verdict: str
     quantity: str
     detail: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Claim:
-    """One claim of the text.
-
-    Attributes:
-        id: as in the table of claims; statement: in words; paper: what the paper or its recorded runs show.
-        judge: from points, parameter set, rule and definition of PI ("" or "_lateral").
-        lab: it is about Section V.
-        by_index: it is about performance indices, and judged under both definitions.
-    """
-
-    id: str
-    statement: str
-    paper: str
-    judge: Callable[[Points, str, str, str], Finding]
-    lab: bool = False
-    by_index: bool = False
 
 
 def median_interval(values: FloatArray) -> tuple[float, float, float]:
@@ -96,7 +77,7 @@ def lab(parameters: str, rule: str, human: str) -> Setting:
     return Setting(label=label, rule=rule, human=human, horizon=LAB_HORIZON, anticipation=LAB_HORIZON)
 
 
-def _with_minus_without(column: str, quantity: str) -> Callable[[Points, str, str, str], Finding]:
+def judge_difference(column: str, quantity: str) -> Callable[[Points, str, str, str], Finding]:
     """Both agents' value with prediction (N_H = 5) less that without, paired by seed, below zero."""
 
     def judge(points: Points, parameters: str, rule: str, index: str) -> Finding:
@@ -114,7 +95,8 @@ def _with_minus_without(column: str, quantity: str) -> Callable[[Points, str, st
     return judge
 
 
-def _falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """PI_R and PI_T with a non-predictive person: N = 7 against N = 1."""
     parts: list[Finding] = []
     for name in ("PI_R", "PI_T"):
         first = points.column(point(parameters, rule, 1, 0), name + index)
@@ -123,7 +105,8 @@ def _falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
     return worst(*parts)
 
 
-def _flat(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_flat(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """PI_H from N = 1 to 7 and PI_T from N = 4 to 10 with a non-predictive person."""
     human = [points.column(point(parameters, rule, n, 0), "PI_H" + index) for n in (1, 7)]
     total = [points.column(point(parameters, rule, n, 0), "PI_T" + index) for n in (4, 10)]
     return worst(
@@ -140,7 +123,8 @@ def _hardly_changes(ratios: FloatArray, quantity: str) -> Finding:
     return Finding(measured=middle, interval=(low, high), n=len(ratios), verdict=verdict, quantity=quantity)
 
 
-def _optimum(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_optimum(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """PI_T with a predictive person is lower at some horizon than at both ends."""
     curves = {n: points.column(point(parameters, rule, n, n), "PI_T" + index) for n in HORIZONS}
     best = min(HORIZONS, key=lambda n: float(np.median(curves[n])))
     ends = worst(
@@ -157,7 +141,8 @@ def _optimum(points: Points, parameters: str, rule: str, index: str) -> Finding:
     )
 
 
-def _human_falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_human_falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """PI_H with a predictive person falls, and does not rise again."""
     curves = {n: points.column(point(parameters, rule, n, n), "PI_H" + index) for n in HORIZONS}
     best = min(HORIZONS, key=lambda n: float(np.median(curves[n])))
     fall = below(_ratios(curves[best], curves[1]), STRONG, f"PI_H{index}(N = {best}) / PI_H{index}(N = 1), N_H = N_R")
@@ -167,7 +152,8 @@ def _human_falls(points: Points, parameters: str, rule: str, index: str) -> Find
     return worst(fall, rise)
 
 
-def _safety(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_safety(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """Runs in which P_coll ≤ P_th at every step of every plan."""
     del index
     limit = 0.05
     runs = [points.column(point(parameters, rule, n, n), "max_collision_probability") for n in HORIZONS]
@@ -189,13 +175,15 @@ def _safety(points: Points, parameters: str, rule: str, index: str) -> Finding:
     )
 
 
-def _rate(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_rate(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """95th percentile of the planning time against the 500 ms of 2 Hz."""
     del index
     times = np.concatenate([points.column(lab(parameters, rule, h), "plan_p95") for h in ("concerned", "unconcerned")])
     return below(times, 500.0, "95th percentile of the planning time, ms, against the 500 ms of 2 Hz")
 
 
-def _told_apart(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_told_apart(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """Runs with the belief on the right side at the closest approach."""
     del index
     concerned = points.column(lab(parameters, rule, "concerned"), "belief_at_closest") > 0.9
     unconcerned = points.column(lab(parameters, rule, "unconcerned"), "belief_at_closest") < 0.1
@@ -214,7 +202,8 @@ def _told_apart(points: Points, parameters: str, rule: str, index: str) -> Findi
     )
 
 
-def _ratio(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_ratio(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """PI_R with an unconcerned person over PI_R with a concerned one."""
     careless = points.column(lab(parameters, rule, "unconcerned"), "PI_R" + index)
     careful = points.column(lab(parameters, rule, "concerned"), "PI_R" + index)
     if index:  # the offset of a robot that need not deviate is 0, and there is no ratio to it
@@ -227,7 +216,8 @@ def _ratio(points: Points, parameters: str, rule: str, index: str) -> Finding:
     )
 
 
-def _narrows(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_narrows(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    """Entropy of the prediction once the belief is decided, less that at first."""
     del index
     parts: list[Finding] = []
     for human in ("concerned", "unconcerned"):
@@ -238,89 +228,3 @@ def _narrows(points: Points, parameters: str, rule: str, index: str) -> Finding:
             return Finding(measured=0.0, interval=(0.0, 0.0), n=len(change), verdict="does not hold", quantity=no)
         parts.append(below(change, 0.0, f"{human}: entropy while decided less that at first, nat"))
     return worst(*parts)
-
-
-CLAIMS: tuple[Claim, ...] = (
-    Claim(
-        id="IV-A-shorter",
-        statement="with prediction (N_H = 5) both paths are shorter than without (N_H = 0)",
-        paper="robot 19.45 → 19.31 m, human 9.83 → 9.25 m (one run each)",
-        judge=_with_minus_without("length", "path length with less without prediction, m"),
-    ),
-    Claim(
-        id="IV-A-smoother",
-        statement="with prediction (N_H = 5) both paths are smoother than without",
-        paper="total turning: robot 0.85 → 1.04 rad, human 5.0 → 0 (one run each)",
-        judge=_with_minus_without("turning", "total turning with less without prediction, rad"),
-    ),
-    Claim(
-        id="IV-A-narrower",
-        statement="without prediction the predicted distribution is wider",
-        paper="entropy at k = 5: 2.30 without, 1.87 nat with",
-        judge=_with_minus_without("entropy", "entropy at k = 5 with less without prediction, nat"),
-    ),
-    Claim(
-        id="IV-B-nonpredictive-falls",
-        statement="PI_R and PI_T fall strongly with N_R when the human is non-predictive",
-        paper="normalised PI_R 1, .72, .62, .11, .08, .03, .03 for N = 1..7",
-        judge=_falls,
-        by_index=True,
-    ),
-    Claim(
-        id="IV-B-nonpredictive-flat",
-        statement="PI_H hardly changes with N_R; PI_T then stays constant (non-predictive human)",
-        paper="PI_H .65–1.0; PI_T .19–.22 for N = 4..7",
-        judge=_flat,
-        by_index=True,
-    ),
-    Claim(
-        id="IV-B-predictive-optimum",
-        statement="predictive human: PI_R and PI_T fall, then rise; best at N = 5",
-        paper="PI_T .74, .60, .48, .08, .06, .77, 1.18",
-        judge=_optimum,
-        by_index=True,
-    ),
-    Claim(
-        id="IV-B-predictive-human",
-        statement="predictive human: PI_H falls and does not rise again",
-        paper="PI_H .68, .15, .76, 0, 0, 0, 0",
-        judge=_human_falls,
-        by_index=True,
-    ),
-    Claim(
-        id="IV-safety",
-        statement="collision probability ≤ P_th at every step",
-        paper="stated as a constraint",
-        judge=_safety,
-    ),
-    Claim(
-        id="V-rate",
-        statement="the whole system runs at 2 Hz",
-        paper="recorded steps are 5 s apart",
-        judge=_rate,
-        lab=True,
-    ),
-    Claim(
-        id="V-distinguishes",
-        statement="concerned and unconcerned humans are told apart online",
-        paper="shown for one run each",
-        judge=_told_apart,
-        lab=True,
-    ),
-    Claim(
-        id="V-ratio",
-        statement="PI_R(unconcerned) / PI_R(concerned) = 1.62",
-        paper="1.62; not recomputable from the recordings. Only the direction (> 1) is judged",
-        judge=_ratio,
-        lab=True,
-        by_index=True,
-    ),
-    Claim(
-        id="V-narrows",
-        statement="the distribution narrows as awareness is learned",
-        paper="peak cell .47 while undecided → .93",
-        judge=_narrows,
-        lab=True,
-    ),
-)
-"""Every claim of Sections IV and V, in the order of the text."""

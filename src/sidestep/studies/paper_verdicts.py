@@ -8,8 +8,9 @@ import numpy as np
 
 from sidestep.errors import UnknownName
 from sidestep.studies.paper import PARAMETERS, RULES, Points
-from sidestep.studies.paper_claims import CLAIMS, Claim, below
+from sidestep.studies.paper_claims import below
 from sidestep.studies.paper_points import Setting
+from sidestep.studies.paper_table import CLAIMS, Claim
 
 INDICES = {"": "as printed: Σ‖x − g‖², m²", "_lateral": "Σ of the absolute lateral offset, m"}
 
