@@ -59,7 +59,9 @@ def awareness_figure(rows: Sequence[Row]) -> Figure:
         loss = [_number(r["log_loss"]) - _number(r["base_log_loss"]) for r in own]
         values = ([_number(r["auc"]) for r in own], loss, [_number(r["false_concern"]) for r in own])
         for axes, value in zip(panels, values, strict=True):
-            axes.plot(delay, value, color=PEOPLE[n % len(PEOPLE)], marker=MARKS[n % len(MARKS)], label=file)
+            axes.plot(
+                delay, value, color=PEOPLE[n % len(PEOPLE)], marker=MARKS[n % len(MARKS)], label=file, clip_on=False
+            )
     for axes, name, level in zip(panels, names, (0.5, 0.0, 0.1), strict=True):
         axes.axhline(level, color=INK, lw=1.0, ls=":")
         style_axes(axes, x="seconds after the onset", y=name)
