@@ -180,7 +180,7 @@ def test_real_people(name, scene, capsys):
 @pytest.mark.parametrize(("at", "steps"), [(3.0, 6), (0.0, 0)])
 def test_interruption_keeps_what_was_done(at, steps, capsys, monkeypatch):
     driver = BlindDriver(goal=(0.0, 5.0), interrupt_at=at)
-    monkeypatch.setattr("sidestep.simulation.loop.planner_of", lambda scenario, obstacles: driver)
+    monkeypatch.setattr("sidestep.simulation.run.planner_of", lambda scenario, obstacles: driver)
     assert execute(["run", "crossing", "--out", "cut"]) == 130
     out, err = capsys.readouterr()
     assert len(err.splitlines()) == 1

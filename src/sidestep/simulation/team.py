@@ -12,11 +12,11 @@ from sidestep.fleet import Announced, FleetPlanner
 from sidestep.planning.anticipate import carried_forward, straight
 from sidestep.planning.plan import Plan
 from sidestep.simulation.assembly import obstacles_of, robot_of
-from sidestep.simulation.loop import Run, Step
 from sidestep.simulation.navigators import Navigator
 from sidestep.simulation.people import Builder
 from sidestep.simulation.record import Record
 from sidestep.simulation.recordings import Recording
+from sidestep.simulation.run import Run, Step
 from sidestep.simulation.scenario import Scenario
 from sidestep.types import frozen_array
 

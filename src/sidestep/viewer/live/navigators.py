@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from sidestep.simulation.assembly import planner_of
-from sidestep.simulation.loop import Navigator
-from sidestep.simulation.navigators import Trip
+from sidestep.simulation.navigators import Navigator, Trip
 from sidestep.simulation.outlines import outlines
 from sidestep.simulation.scenario import Scenario
 from sidestep.viewer.live.stage import ignoring

@@ -10,7 +10,7 @@ import numpy as np
 
 from sidestep.errors import SidestepError
 from sidestep.simulation.assembly import obstacles_of
-from sidestep.simulation.loop import Navigator
+from sidestep.simulation.navigators import Navigator
 from sidestep.simulation.outlines import outlines
 from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario

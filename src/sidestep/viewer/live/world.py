@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from sidestep.planning.plan import Plan
-from sidestep.simulation.loop import Navigator, Run, Step
+from sidestep.simulation.navigators import Navigator
 from sidestep.simulation.people import Builder, Person
 from sidestep.simulation.record import Record
+from sidestep.simulation.run import Run, Step
 from sidestep.simulation.scenario import Scenario
 from sidestep.types import FloatArray, Vector
 from sidestep.viewer.live import words
