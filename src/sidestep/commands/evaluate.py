@@ -84,7 +84,8 @@ def evaluate(
             folder=folder,
         )
         command = "sidestep evaluate " + " ".join(f"--people {name_of(file)}" for file in people)
-        command += f" --studies {studies}" + (f" --without {without}" if without else "")
+        command += f" --studies {studies} --moments {moments} --trips {trips}"
+        command += "".join(f" --{k} {v}" for k, v in (("vehicle", vehicle), ("without", without)) if v)
         report(evaluate_people(request), folder, page, command, json=json)
         return
     if calibration:

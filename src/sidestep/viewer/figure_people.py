@@ -49,7 +49,7 @@ def prediction_figure(rows: Sequence[Row]) -> Figure:
 
 def awareness_figure(rows: Sequence[Row]) -> Figure:
     """Draw AUC, log loss against the base rate's, and false concern over the delay after the onset."""
-    files = list(dict.fromkeys(r["file"] for r in rows))
+    files = list(dict.fromkeys(r["file"] for r in rows if r["encounters"]))
     figure = new_figure(9.0, 3.2)
     panels = figure.subplots(1, 3)
     names = ("AUC of P(concerned)", "log loss over the base rate's, nat", "false concern")
