@@ -210,3 +210,20 @@ def test_a_map_without_walls_is_no_map() -> None:
         for walls in (None, sidestep.Obstacles())
     ]
     np.testing.assert_allclose(plans[0].positions, plans[1].positions, atol=1e-6)
+
+
+def test_a_steady_walker_is_planned_for_as_somebody_who_may_still_do_anything() -> None:
+    used: dict[float, list[float]] = {}
+    for least in (0.0, 0.09):
+        one = planner(least_randomness=least)
+        used[least] = []
+        for step in range(8):
+            seen = [person(-4.0 + 0.5 * step, 0.0, velocity=(1.0, 0.0))]
+            used[least].append(one.step(time=0.5 * step, robot=ROBOT, people=seen).people["a"].randomness)
+    assert used[0.0][-1] < 0.05  # what is learned
+    assert min(used[0.09]) >= 0.09
+    with pytest.raises(sidestep.InvalidInput, match="least_randomness"):
+        planner(least_randomness=1.5)
+    fixed = sidestep.HumanModel(online_randomness=False, randomness=0.01)
+    plan = planner(human=fixed).step(time=0.0, robot=ROBOT, people=[person(-3.0, -3.0)])
+    assert plan.people["a"].randomness == 0.01

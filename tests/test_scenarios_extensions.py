@@ -39,6 +39,14 @@ def test_the_robot_arrives_and_touches_nobody(name):
 
 
 @pytest.mark.slow
+def test_in_a_lane_nobody_is_run_into():
+    """Where there is no way around, a steady walker who turns is met by a robot that allowed for it."""
+    scenario = load_scenario("lane")
+    for seed in range(8):
+        _laws(simulate(scenario, seed=seed, snapshots=0), scenario)
+
+
+@pytest.mark.slow
 def test_everybody_in_a_crowd_has_a_belief_of_their_own():
     scenario = load_scenario("crowd", ["duration=6.0"])
     record = simulate(scenario, snapshots=0)

@@ -141,6 +141,7 @@ def circumstances(
         clearance=settings.clearance,
         midway=settings.midway,
         first_step_limit=settings.first_step_limit,
+        least_randomness=settings.least_randomness,
         interval=interval,
         obstacles=obstacles,
     )

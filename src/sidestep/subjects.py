@@ -29,6 +29,7 @@ class Circumstances:
         clearance: m between centres, or None: contact + 0.10 m.
         midway: look between the steps too; first_step_limit: see `PlannerSettings`; interval: s until the next call.
         obstacles: walls that people do not pass, or None.
+        least_randomness: see `PlannerSettings`.
     """
 
     time_step: float
@@ -40,6 +41,7 @@ class Circumstances:
     first_step_limit: float | None
     interval: float
     obstacles: Obstacles | None
+    least_randomness: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +80,11 @@ class Subject:
 
     @cached_property
     def model(self) -> HumanModel:
-        """How the person decides, as random as they were found to be."""
-        mind = self.mind
-        learned = mind.randomness != mind.model.randomness
-        return replace(mind.model, randomness=mind.randomness) if learned else mind.model
+        """How the person decides, as random as they were found to be, or as is planned for at least."""
+        model = self.mind.model
+        if self.mind.habits is None or not model.online_randomness:
+            return model
+        return replace(model, randomness=max(self.mind.randomness, self.around.least_randomness))
 
     @cached_property
     def free(self) -> BoolArray | None:

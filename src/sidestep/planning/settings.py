@@ -31,6 +31,8 @@ class PlannerSettings:
         soft_risk_weight: λ, cost per unit of probability within clearance below the limit (≥ 0); 0 is the paper.
         midway: look between the samples too.
         first_step_limit: P(closer than contact + 0.05 m at any time until the next call) of the first action, or None.
+        least_randomness: ω in [0, 1] that is planned for at least where ω is learned online: somebody who has walked
+            steadily so far may still do anything (method §8); what is learned stays as it is.
         rounds: predictions under the own plan at most (≥ 1).
         polish: refine the lattice motion continuously.
         search_resolution: robot lattice cells per step at full speed, K; None chooses by horizon and dimension.
@@ -52,6 +54,7 @@ class PlannerSettings:
     soft_risk_weight: float = 15.0
     midway: bool = True
     first_step_limit: float | None = 0.01
+    least_randomness: float = 0.09
     rounds: int = 3
     polish: bool = True
     search_resolution: int | None = None
@@ -78,6 +81,7 @@ class PlannerSettings:
                 _within(name, w, "a finite number ≥ 0", least=0.0)
         for name in ("soft_risk_weight", "memory"):
             _within(name, getattr(self, name), "a finite number ≥ 0", least=0.0)
+        _within("least_randomness", self.least_randomness, "a probability, 0 to 1", least=0.0, most=1.0)
         for name in ("clearance", "deadline"):
             if getattr(self, name) is not None:
                 _within(name, getattr(self, name), "a finite number > 0, or none", above=0.0)
