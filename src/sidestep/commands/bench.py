@@ -23,19 +23,24 @@ PEER_PROMISES = {
 OURS_PROMISES = "certified bound on the collision probability, or says that there is none"
 
 
-def bench(*, quick: bool = False, out: Path = Path("results/bench"), json: bool = False) -> None:
+def bench(
+    *, quick: bool = False, out: Path = Path("results/bench"), page: Path | None = None, json: bool = False
+) -> None:
     """Measure planning times against targets, the machine's floor, and other planners; print ratios.
 
     Args:
         quick: fewer steps per case.
         out: folder for results.json and the figures.
+        page: JSON file to write for the pages of evidence (docs/evidence/results), with the figures in ../../figures.
         json: print one JSON object and nothing else.
     """
-    from sidestep.commands.bench_report import draw, show_tables
+    from sidestep.commands.bench_report import draw, show_tables, write_bench_page
     from sidestep.commands.console import emit_json, say
 
     result = measured(quick, say)
     figures = draw(result, out)
+    if page is not None:
+        write_bench_page(result, page, f"sidestep bench{' --quick' if quick else ''}")
     if json:
         emit_json(result | {"figures": figures})
         return
@@ -171,8 +176,9 @@ def _fresh(code: str) -> float:
 
 
 def _run_time(code: str) -> float:
+    warm = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}  # its cache is one of those meant
     began = perf_counter()
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=warm)
     return 1e3 * (perf_counter() - began)
 
 

@@ -11,6 +11,84 @@ def show_tables(result: dict[str, Any]) -> None:
     """Print what was measured."""
     from sidestep.commands.console import table
 
+    for part in _tables(result):
+        table(part["rows"], title=part["title"], header=part["header"])
+    for line in result["missing"]:
+        print(f"left out: {line}")
+    print(_deadline(result))
+
+
+def write_bench_page(result: dict[str, Any], page: Path, command: str) -> None:
+    """Write the evidence as JSON that the site makes a page of, and the figures where the site has them."""
+    from sidestep.commands.provenance import provenance
+    from sidestep.io.files import written
+
+    folder = page.parent.parent.parent / "figures"
+    pictures = folder if folder.is_dir() else page.parent
+    for name, figure in _figures(result).items():
+        with written(pictures / f"bench-{name}.png") as file:
+            figure.savefig(file, format="png", dpi=150)
+    told = {
+        "title": "How fast planning is",
+        "lead": [
+            "One core, after warm-up; a planning step is everything between an observation and a command: all rounds "
+            "of prediction and search, and the certificate. Times are of one machine; the ratios are within one run."
+        ],
+        **provenance(command),
+        "figures": [
+            {"file": f"bench-{name}.png", "alt": f"Planning time: {name.replace('-', ' ')}"} for name in _FIGURES
+        ],
+        "tables": [{k: v if k != "header" else list(v) for k, v in part.items()} for part in _tables(result)],
+        "remarks": [_deadline(result)],
+    }
+    with written(page) as file:
+        file.write((json.dumps(told, ensure_ascii=False, indent=1) + "\n").encode())
+
+
+def _deadline(result: dict[str, Any]) -> str:
+    d = result["deadline"]
+    return (
+        f"Deadline {d['deadline_ms']:g} ms at N = {d['horizon']}: {100 * d['share']:.2f} % of {d['steps']} steps late, "
+        f"worst by {d['worst_ms']:.2f} ms."
+    )
+
+
+def _tables(result: dict[str, Any]) -> list[dict[str, Any]]:
+    """Everything that was measured, as titles, headers and rows of text."""
+    limits = result["ceilings"]
+    best = f"{limits['gflops']:.1f} Gflop/s, {limits['gbytes_per_s']:.1f} GB/s"
+    work = ("case", "Mflop", "MB", "floor ms", "measured ms", "fraction")
+    return [
+        {"title": "Targets", "header": ("case", "median ms", "p95 ms", "target", "met"), "rows": _cases(result)},
+        {
+            "title": "Other planners, same scene",
+            "header": ("planner", "median ms", "p95 ms", "promises"),
+            "rows": _peers(result),
+        },
+        {
+            "title": "Ratios within this run",
+            "header": ("ratio", "value"),
+            "rows": [[k, f"{v:.3g}"] for k, v in result["ratios"].items()],
+        },
+        {
+            "title": f"Prediction of one concerned person; ceilings of this machine: {best}",
+            "header": work,
+            "rows": _floors(result["floors"]),
+        },
+        {
+            "title": "Parts of a planning step, N = 20, one person",
+            "header": work,
+            "rows": _floors(result["kernels"]),
+        },
+        {
+            "title": "Growth: exponent of time over size",
+            "header": ("over", "exponent"),
+            "rows": [[k, f"{v:.2f}"] for k, v in result["exponents"].items()],
+        },
+    ]
+
+
+def _cases(result: dict[str, Any]) -> list[list[str]]:
     rows: list[list[str]] = []
     for case in result["cases"]:
         if "median_ms" in case:
@@ -24,32 +102,13 @@ def show_tables(result: dict[str, Any]) -> None:
         else:
             met = "yes" if case["per_second"] >= case["target_per_second"] else "no"
             rows.append([case["name"], f"{case['per_second']:.1f}/s", "", f"{case['target_per_second']:g}/s", met])
-    table(rows, title=result["machine"], header=("case", "median ms", "p95 ms", "target", "met"))
-    peers = [[n, f"{p['median_ms']:.3f}", f"{p['p95_ms']:.3f}", p["promises"]] for n, p in result["peers"].items()]
-    peers.append(
-        [
-            "sidestep, N = 5",
-            f"{result['cases'][0]['median_ms']:.3f}",
-            f"{result['cases'][0]['p95_ms']:.3f}",
-            result["cases"][0]["promises"],
-        ]
-    )
-    table(peers, title="other planners, same scene", header=("planner", "median ms", "p95 ms", "promises"))
-    for line in result["missing"]:
-        print(f"left out: {line}")
-    table([[k, f"{v:.3g}"] for k, v in result["ratios"].items()], title="ratios within this run")
-    limits = result["ceilings"]
-    best = f"{limits['gflops']:.1f} Gflop/s, {limits['gbytes_per_s']:.1f} GB/s"
-    header = ("case", "Mflop", "MB", "floor ms", "measured ms", "fraction")
-    title = f"prediction of one concerned person; this machine's ceilings: {best}"
-    table(_floors(result["floors"]), title=title, header=header)
-    table(_floors(result["kernels"]), title="parts of a planning step, N = 20, one person", header=header)
-    table([[k, f"{v:.2f}"] for k, v in result["exponents"].items()], title="growth: exponent of time over size")
-    d = result["deadline"]
-    print(
-        f"deadline {d['deadline_ms']:g} ms at N = {d['horizon']}: {100 * d['share']:.2f} % of {d['steps']} steps late, "
-        f"worst by {d['worst_ms']:.2f} ms"
-    )
+    return rows
+
+
+def _peers(result: dict[str, Any]) -> list[list[str]]:
+    ours = result["cases"][0]
+    found = {**result["peers"], "sidestep, N = 5": ours}
+    return [[n, f"{p['median_ms']:.3f}", f"{p['p95_ms']:.3f}", p["promises"]] for n, p in found.items()]
 
 
 def _floors(found: dict[str, Any]) -> list[list[str]]:
@@ -71,22 +130,31 @@ def draw(result: dict[str, Any], out: Path) -> list[str]:
     """Write results.json and the figures; their paths."""
     from sidestep.commands.console import plain
     from sidestep.io.files import ready_folder, written
-    from sidestep.viewer.figure_bench import growth_figure, horizon_figure
 
     folder = ready_folder(out)
     with written(folder / "results.json") as file:
         file.write(json.dumps(plain(result), indent=1).encode())
-    peers = {name: p["median_ms"] for name, p in result["peers"].items()}
-    floors = {int(n.partition("= ")[2]): f["floor_ms"] for n, f in result["floors"].items()}
-    figures = {
-        "time-over-horizon": horizon_figure(result["over_horizon"]["N"], result["over_horizon"]["ms"], floors, peers),
-        "time-over-people": growth_figure(result["growth"]["people (expected 1)"]),
-    }
     paths: list[str] = []
-    for name, figure in figures.items():
+    for name, figure in _figures(result).items():
         for kind in ("png", "pdf"):
             path = folder / f"{name}.{kind}"
             with written(path) as file:
                 figure.savefig(file, format=kind, dpi=200)
             paths.append(str(path))
     return paths
+
+
+_FIGURES = ("time-over-horizon", "time-over-people")
+
+
+def _figures(result: dict[str, Any]) -> dict[str, Any]:
+    from sidestep.viewer.figure_bench import growth_figure, horizon_figure
+
+    peers = {name: p["median_ms"] for name, p in result["peers"].items()}
+    floors = {int(n.partition("= ")[2]): f["floor_ms"] for n, f in result["floors"].items()}
+    over, people = result["over_horizon"], result["growth"]["people (expected 1)"]
+    drawn = (
+        horizon_figure(over["N"], over["ms"], floors, peers),
+        growth_figure(people),
+    )
+    return dict(zip(_FIGURES, drawn, strict=True))

@@ -39,5 +39,6 @@ def growth_figure(series: Sequence[Sequence[float]]) -> Figure:
     axes.plot([p for p, _ in series], [t for _, t in series], color=ROBOT, marker="o", linewidth=LINE)
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
+    axes.set_xticks([0, *(p for p, _ in series)])
     style_axes(axes, x="people", y="time per planning step, N = 10 (ms)")
     return figure
