@@ -93,6 +93,10 @@ class Visit:
     def panel(self, index=0):
         return self.page.evaluate("i => window.sidestep.latest.panels[i]", index)
 
+    def panels(self):
+        """All panels of one and the same message."""
+        return self.page.evaluate("window.sidestep.latest.panels")
+
     def time(self):
         return self.page.evaluate("window.sidestep.latest.time")
 

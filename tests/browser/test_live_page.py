@@ -143,7 +143,7 @@ def test_side_by_side_with_another_planner(visit, option, title):
     tab.until("f.time > 5.5")
     tab.page.keyboard.up("ArrowRight")
     tab.picture(f"beside-{option.split()[0].lower()}")
-    one, two = tab.panel(0), tab.panel(1)
+    one, two = tab.panels()
     assert one["people"][0] == two["people"][0]
     assert tab.page.locator("#words p").count() == 2
     assert title in tab.page.locator("#words").inner_text()
