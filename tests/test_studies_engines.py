@@ -2,13 +2,14 @@
 
 import os
 import signal
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from sidestep.errors import InvalidInput, MissingExtra
 from sidestep.io.checkpoints import Checkpoints
-from sidestep.studies.engines import WorkersLost, run_pieces
+from sidestep.studies.engines import WorkersLost, length, run_kept, run_pieces
 
 
 def square(x):
@@ -81,3 +82,27 @@ def test_checkpoints_of_another_program_or_torn_files_do_not_count(tmp_path):
     assert kept.load("a") is None
     file.write_text(whole.replace('"program": "', '"program": "x'))
     assert kept.load("a") is None
+
+
+@dataclass(frozen=True)
+class Numbers:
+    start: int
+    stop: int
+
+    @property
+    def name(self):
+        return f"{self.start}-{self.stop}"
+
+
+def squares(piece):
+    return piece, [x * x for x in range(piece.start, piece.stop)]
+
+
+def test_what_is_kept_is_not_done_again(tmp_path):
+    pieces, store, told = [Numbers(k, k + 3) for k in (0, 3, 6)], Checkpoints(tmp_path), []
+    store.keep("3-6", ["kept"])
+    found = run_kept(squares, pieces, store=store, size=length, progress=lambda *so_far: told.append(so_far))
+    assert found == {"0-3": [0, 1, 4], "3-6": ["kept"], "6-9": [36, 49, 64]}
+    assert told == [(6, 9), (9, 9)]
+    assert store.load("6-9") == [36, 49, 64]
+    assert run_kept(squares, pieces[:1], store=None, size=length) == {"0-3": [0, 1, 4]}

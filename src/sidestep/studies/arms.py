@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from sidestep.errors import InvalidInput, UnknownName
-from sidestep.studies.engines import run_pieces
-from sidestep.studies.evaluate import Store
+from sidestep.studies.engines import Store, length, run_kept
 from sidestep.types import FloatArray
 
 Row = dict[str, float]
@@ -112,21 +111,7 @@ def run_study(
         for arm in study.arms
         if k < study.count(arm, count)
     ]
-    found: dict[str, Any] = {}
-    for piece in pieces:
-        kept = None if store is None else store.load(piece.name)
-        if kept is not None:
-            found[piece.name] = kept
-    left = [p for p in pieces if p.name not in found]
-    everything = sum(p.stop - p.start for p in pieces)
-    done = everything - sum(p.stop - p.start for p in left)
-    for piece, rows in run_pieces(work, left, workers=workers, engine=engine):
-        found[piece.name] = rows
-        if store is not None:
-            store.keep(piece.name, rows)
-        done += piece.stop - piece.start
-        if progress is not None:
-            progress(done, everything)
+    found = run_kept(work, pieces, store=store, size=length, workers=workers, engine=engine, progress=progress)
     return {arm: _columns([row for p in pieces if p.arm == arm for row in found[p.name]]) for arm in study.arms}
 
 

@@ -25,8 +25,7 @@ from sidestep.simulation.crowd_people import crowd_kinds
 from sidestep.simulation.loop import simulate
 from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.engines import run_pieces
-from sidestep.studies.evaluate import Store
+from sidestep.studies.engines import Store, length, run_kept
 from sidestep.studies.statistics import calibration_bins, expected_calibration_error
 from sidestep.types import BoolArray, FloatArray, frozen_array
 
@@ -105,26 +104,14 @@ def calibration_study(
         for kind in kinds
         for k in range(0, episodes, EPISODES_PER_PIECE)
     ]
-    found: dict[CalibrationPiece, tuple[FloatArray, BoolArray, int]] = {}
-    for piece in pieces:
-        kept = None if store is None else store.load(piece.name)
-        if kept is not None:
-            found[piece] = np.array(kept["predicted"]), np.array(kept["happened"], dtype=bool), kept["steps"]
-    left = [p for p in pieces if p not in found]
-    done = sum(p.stop - p.start for p in found)
-    for piece, predicted, happened, steps in run_pieces(pairs_of_piece, left, workers=workers, engine=engine):
-        found[piece] = predicted, happened, steps
-        if store is not None:
-            kept = {"predicted": predicted.tolist(), "happened": happened.tolist(), "steps": steps}
-            store.keep(piece.name, kept)
-        done += piece.stop - piece.start
-        if progress is not None:
-            progress(done, episodes * len(kinds))
-    return {kind: _summary([found[p] for p in pieces if p.kind == kind]) for kind in kinds}
+    found = run_kept(
+        pairs_of_piece, pieces, store=store, size=length, workers=workers, engine=engine, progress=progress
+    )
+    return {kind: _summary([found[p.name] for p in pieces if p.kind == kind]) for kind in kinds}
 
 
-def pairs_of_piece(piece: CalibrationPiece) -> tuple[CalibrationPiece, FloatArray, BoolArray, int]:
-    """Return the piece, predicted probabilities (n,), whether they came true (n,), and the simulated steps."""
+def pairs_of_piece(piece: CalibrationPiece) -> tuple[CalibrationPiece, dict[str, Any]]:
+    """Return the piece, and as JSON predicted probabilities, whether they came true, and the simulated steps."""
     predicted, happened, steps = [np.zeros(0)], [np.zeros(0, dtype=bool)], 0
     for episode in range(piece.start, piece.stop):
         scenario = kinds_of_people()[piece.kind](episode, piece.seed)
@@ -134,7 +121,8 @@ def pairs_of_piece(piece: CalibrationPiece) -> tuple[CalibrationPiece, FloatArra
         predicted.append(p)
         happened.append(h)
         steps += len(record.status)
-    return piece, np.concatenate(predicted), np.concatenate(happened), steps
+    kept = {"predicted": np.concatenate(predicted).tolist(), "happened": np.concatenate(happened).tolist()}
+    return piece, kept | {"steps": steps}
 
 
 def pairs(record: Record, person_radius: float) -> tuple[FloatArray, BoolArray]:
@@ -234,14 +222,14 @@ def _scenario(generator: np.random.Generator, model: HumanModel, person: Mapping
     return Scenario.parse(data)
 
 
-def _summary(parts: Sequence[tuple[FloatArray, BoolArray, int]]) -> dict[str, Any]:
-    predicted = np.concatenate([p for p, _, _ in parts])
-    happened = np.concatenate([h for _, h, _ in parts])
+def _summary(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    predicted = np.concatenate([np.array(part["predicted"], dtype=np.float64) for part in parts])
+    happened = np.concatenate([np.array(part["happened"], dtype=np.bool_) for part in parts])
     bins = calibration_bins(predicted, happened.astype(np.float64), EDGES)
     return {
         "ece": expected_calibration_error(bins),
         "brier": float(((predicted - happened) ** 2).mean()) if len(predicted) else None,
         "n": len(predicted),
-        "steps": sum(s for _, _, s in parts),
+        "steps": sum(part["steps"] for part in parts),
         "bins": bins,
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from sidestep.errors import InvalidInput, MissingExtra, SidestepError
 
@@ -21,6 +21,86 @@ class WorkersLost(SidestepError):  # noqa: N818 (reads as a sentence where it is
             f"workers: killed {ATTEMPTS} times with {left} pieces of work left; "
             "what is done is kept: run the same command again, with fewer --workers if memory is short"
         )
+
+
+class Store(Protocol):
+    """Where finished pieces are kept."""
+
+    def load(self, name: str) -> Any | None:
+        """Return what was kept under `name`, or None."""
+        ...
+
+    def keep(self, name: str, content: Any) -> None:
+        """Keep `content` under `name`."""
+        ...
+
+
+class Named(Protocol):
+    """A piece of work with a name of its own, under which its result is kept."""
+
+    @property
+    def name(self) -> str:
+        """Unique among the pieces of a study."""
+        ...
+
+
+class Span(Protocol):
+    """Consecutive episodes start … stop − 1."""
+
+    @property
+    def start(self) -> int: ...  # noqa: D102
+
+    @property
+    def stop(self) -> int: ...  # noqa: D102
+
+
+NamedPiece = TypeVar("NamedPiece", bound=Named)
+
+
+def length(piece: Span) -> int:
+    """Return how many episodes a piece has."""
+    return piece.stop - piece.start
+
+
+def run_kept(
+    work: Callable[[NamedPiece], tuple[NamedPiece, Any]],
+    pieces: Sequence[NamedPiece],
+    *,
+    store: Store | None,
+    size: Callable[[NamedPiece], int],
+    workers: int = 1,
+    engine: str = "joblib",
+    address: str | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> dict[str, Any]:
+    """Run the pieces that are not in the store, keep each as it is finished, and return all results by name.
+
+    Args:
+        work: as for `run_pieces`; returns the piece and what can be written as JSON.
+        pieces: independent of each other, each with a name of its own.
+        store: where finished pieces are kept and looked for.
+        size: how much of the work a piece is, for `progress`.
+        workers: and what follows as for `run_pieces`.
+        engine: likewise.
+        address: likewise.
+        progress: called with (done, all) in units of `size`, after each piece.
+    """
+    found: dict[str, Any] = {}
+    for piece in pieces:
+        kept = None if store is None else store.load(piece.name)
+        if kept is not None:
+            found[piece.name] = kept
+    left = [p for p in pieces if p.name not in found]
+    everything = sum(map(size, pieces))
+    done = everything - sum(map(size, left))
+    for piece, result in run_pieces(work, left, workers=workers, engine=engine, address=address):
+        found[piece.name] = result
+        if store is not None:
+            store.keep(piece.name, result)
+        done += size(piece)
+        if progress is not None:
+            progress(done, everything)
+    return found
 
 
 def run_pieces(

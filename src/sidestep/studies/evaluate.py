@@ -4,30 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.studies.conditions import conditions
-from sidestep.studies.engines import run_pieces
+from sidestep.studies.engines import Store, length, run_kept
 from sidestep.studies.episode import columns, histogram, run_episode
 from sidestep.studies.opponents import contestants
 from sidestep.types import FloatArray
 
 PIECE = 20  # episodes that are done, kept and lost together
-
-
-class Store(Protocol):
-    """Where finished pieces are kept."""
-
-    def load(self, name: str) -> Any | None:
-        """Return what was kept under `name`, or None."""
-        ...
-
-    def keep(self, name: str, content: Any) -> None:
-        """Keep `content` under `name`."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,21 +116,9 @@ def evaluate(
         for n in navigator_names
         for k in range(0, episodes, PIECE)
     ]
-    found: dict[str, Any] = {}
-    for piece in pieces:
-        kept = None if store is None else store.load(piece.name)
-        if kept is not None:
-            found[piece.name] = kept
-    left = [p for p in pieces if p.name not in found]
-    everything = sum(p.stop - p.start for p in pieces)
-    done = everything - sum(p.stop - p.start for p in left)
-    for piece, result in run_pieces(work, left, workers=workers, engine=engine, address=address):
-        found[piece.name] = result
-        if store is not None:
-            store.keep(piece.name, result)
-        done += piece.stop - piece.start
-        if progress is not None:
-            progress(done, everything)
+    found = run_kept(
+        work, pieces, store=store, size=length, workers=workers, engine=engine, address=address, progress=progress
+    )
     return Evaluation(batches=_batches(pieces, found), seed=seed)
 
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.engines import run_pieces
-from sidestep.studies.evaluate import Store
+from sidestep.studies.engines import Store, length, run_kept
 from sidestep.studies.paper_points import COLUMNS, Setting, run_seed
 from sidestep.types import FloatArray
 
@@ -113,18 +112,7 @@ def run_points(
         for s in settings
         for k in range(0, seeds, PIECE)
     ]
-    found: dict[str, list[list[float]]] = {}
-    for piece in pieces:
-        kept = None if store is None else store.load(piece.name)
-        if kept is not None:
-            found[piece.name] = kept
-    left = [p for p in pieces if p.name not in found]
-    for piece, rows in run_pieces(_work, left, workers=workers):
-        found[piece.name] = rows
-        if store is not None:
-            store.keep(piece.name, rows)
-        if progress is not None:
-            progress(sum(map(len, found.values())), len(settings) * seeds)
+    found = run_kept(_work, pieces, store=store, size=length, workers=workers, progress=progress)
     gathered: dict[Setting, list[FloatArray]] = {s: [] for s in settings}
     for piece in pieces:
         gathered[piece.setting].append(np.array(found[piece.name], dtype=np.float64))

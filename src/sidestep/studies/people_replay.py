@@ -21,9 +21,8 @@ from sidestep.io.tracks import read_recordings
 from sidestep.obstacles import Obstacles
 from sidestep.simulation.recordings import Recording, Track
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.engines import run_pieces
+from sidestep.studies.engines import Store, run_kept
 from sidestep.studies.episode import columns, histogram, quantile, run_episode
-from sidestep.studies.evaluate import Store
 from sidestep.studies.opponents import contestants
 from sidestep.studies.statistics import clopper_pearson, upper_bound
 from sidestep.types import FloatArray
@@ -94,29 +93,21 @@ def replay_study(
         for i, scenario in enumerate(chosen)
         for name in navigators
     ]
-    found: dict[tuple[str, int], tuple[list[float], FloatArray]] = {}
+    found = run_kept(travel, pieces, store=store, size=lambda _: 1, workers=workers, engine=engine, progress=progress)
+    ended: dict[str, list[tuple[list[float], FloatArray]]] = {name: [] for name in navigators}
     for piece in pieces:
-        kept = None if store is None else store.load(piece.name)
-        if kept is not None:
-            found[piece.navigator, piece.number] = kept["row"], np.array(kept["times"])
-    left = [p for p in pieces if (p.navigator, p.number) not in found]
-    for piece, row, times in run_pieces(travel, left, workers=workers, engine=engine):
-        found[piece.navigator, piece.number] = row, times
-        if store is not None:
-            store.keep(piece.name, {"row": row, "times": times.tolist()})
-        if progress is not None:
-            progress(len(found), len(pieces))
-    return [_row(name, [found[name, i] for i in range(len(chosen))]) for name in navigators if chosen]
+        ended[piece.navigator].append((found[piece.name]["row"], np.array(found[piece.name]["times"])))
+    return [_row(name, trips_of) for name, trips_of in ended.items() if trips_of]
 
 
-def travel(journey: Journey) -> tuple[Journey, list[float], FloatArray]:
-    """Make one trip."""
+def travel(journey: Journey) -> tuple[Journey, dict[str, Any]]:
+    """Make one trip; what comes back can be written as JSON."""
     scenario = Scenario.parse(journey.scenario)
     if scenario.recording is None:
         raise InvalidInput("journey.scenario.recording", None, "a recording")
     recording = _recordings(journey.file)[scenario.recording.scene]
     outcome, times = run_episode(scenario, contestants()[journey.navigator], recording)
-    return journey, outcome.row(), times
+    return journey, {"row": outcome.row(), "times": times.tolist()}
 
 
 def choose_trips(
