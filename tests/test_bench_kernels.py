@@ -35,6 +35,9 @@ KERNELS = {  # kernel → (the module that calls it, its time over that of the l
     "goal_box": ("sidestep.planning.search_maps", 0.04),
     "solve": ("sidestep.planning.search", 2.8),
     "corridor": ("sidestep.planning.polish", 0.13),
+    "objective": ("sidestep.planning.polish", 0.02),
+    "half_planes": ("sidestep.planning.polish", 0.02),
+    "motion_cost": ("sidestep.planning.problem", 0.01),
 }
 SLACK = 4.0
 

@@ -151,11 +151,11 @@ def test_people_who_stand_have_no_pull() -> None:
 
 
 def test_weights_are_one_number_or_one_per_axis() -> None:
-    np.testing.assert_allclose(per_axis("goal_weight", 2.0, 3), [2.0, 2.0, 2.0])
-    np.testing.assert_allclose(per_axis("goal_weight", (1.0, 2.0), 2), [1.0, 2.0])
-    np.testing.assert_allclose(per_axis("goal_weight", (4.0,), 2), [4.0, 4.0])
+    np.testing.assert_allclose(per_axis("human.goal_weight", 2.0, 3), [2.0, 2.0, 2.0])
+    np.testing.assert_allclose(per_axis("human.goal_weight", (1.0, 2.0), 2), [1.0, 2.0])
+    np.testing.assert_allclose(per_axis("human.goal_weight", (4.0,), 2), [4.0, 4.0])
     with pytest.raises(InvalidInput, match=r"human.goal_weight.*3, one per axis"):
-        per_axis("goal_weight", (1.0, 2.0), 3)
+        per_axis("human.goal_weight", (1.0, 2.0), 3)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -62,17 +61,17 @@ class Forecast:
         found = [self.predictions.get(s.mind.id) for s in self.everybody]
         return [None if p is None else (p.action_probabilities, p.velocities) for p in found]
 
+    @cached_property
     def first_step(self) -> FirstStep | None:
-        """Return the risk until the next call, or None where it is not limited or nobody is near."""
+        """The risk until the next call, or None where it is not limited or nobody is near."""
         around = self.around
         if around.first_step_limit is None or not self.near:
             return None
         minds = [s.mind for s in self.near]
         told = [self.predictions[m.id] for m in minds]
-        sigmas = [math.sqrt(float(m.position_covariance.trace()) / m.position.size) for m in minds]
         return FirstStep(
             positions=np.array([m.position for m in minds]),
-            sigmas=np.array(sigmas),
+            sigmas=np.array([s.position_sigma for s in self.near]),
             person=np.repeat(np.arange(len(told)), [len(p.velocities) for p in told]),
             velocities=np.concatenate([p.velocities for p in told]),
             probabilities=np.concatenate([_mixed(m, p) for m, p in zip(minds, told, strict=True)]),
@@ -96,7 +95,8 @@ def foresee(
 
 def _mixed(mind: Mind, prediction: Prediction) -> FloatArray:
     """(n,) action probabilities now, over goal and awareness as believed."""
-    return np.einsum("gb,gbn->n", mind.belief.weights, prediction.action_probabilities)
+    probabilities = prediction.action_probabilities
+    return mind.belief.weights.ravel() @ probabilities.reshape(-1, probabilities.shape[-1])
 
 
 def person_plan(subject: Subject, seen: Forecast) -> PersonPlan:

@@ -98,7 +98,7 @@ class Situation:
             rule=settings.risk_rule,
             risk_limit=settings.risk_limit,
             soft_risk_weight=settings.soft_risk_weight,
-            first_step=seen.first_step(),
+            first_step=seen.first_step,
             obstacles=self.around.obstacles,
             margin=robot.planning_radius,
             distance_to_goal=self.field,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -73,6 +74,11 @@ class Subject:
         return max(self.around.horizon if own is None else own, 1)
 
     @cached_property
+    def position_sigma(self) -> float:
+        """Metres, standard deviation of the measured position per axis."""
+        return math.sqrt(float(self.mind.position_covariance.trace()) / self.mind.position.size)
+
+    @cached_property
     def lattice(self) -> Lattice:
         """Cells on which the person's actions land."""
         mind = self.mind
@@ -123,10 +129,10 @@ class Subject:
         """
         around, mind = self.around, self.mind
         time = around.horizon * around.time_step
-        walk = mind.model.reach * self.lattice.spacing * around.horizon * np.sqrt(mind.position.size)
+        walk = mind.model.reach * self.lattice.spacing * around.horizon * math.sqrt(mind.position.size)
         blur = 0.0 if self.spread is None else 5.0 * float(self.spread[1][-1].max())
         reach = walk + around.robot_speed * time + max(self.clearance, self.contact + NEAR_MARGIN) + blur
-        return float(np.linalg.norm(mind.position - start)) <= reach
+        return math.dist(mind.position, start) <= reach
 
     def predicted(self, path: Path, workspace: Workspace) -> Prediction:
         """Predict the person, the robot moving along `path` ((≥ N + M + 1, d) m)."""

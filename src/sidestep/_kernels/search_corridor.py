@@ -119,3 +119,32 @@ def corridor(
                     break
                 t += 0.25
     return room, slope, level
+
+
+@njit(cache=True)
+def soft_slope(
+    slope: FloatArray, level: FloatArray, soft: float, steep: float, limit: float, dimension: int
+) -> FloatArray:
+    """Slope (N, d) of the soft risk at steps 1..N, half of what is charged midway reckoned to either side.
+
+    Args:
+        slope: (2N, 3) per cell, with
+        level: (2N,), of `corridor`.
+        soft: price of a unit of risk at a half instant.
+        steep: further price above `limit`.
+        limit: risk limit.
+        dimension: d.
+    """
+    steps = level.size // 2
+    out = np.zeros((steps, dimension))
+    for n in range(level.size):
+        price = soft + (steep if level[n] > limit else 0.0)
+        for a in range(dimension):
+            rise = price * slope[n, 3 - dimension + a]
+            if n % 2 == 1:
+                out[n // 2, a] += rise
+            else:
+                out[n // 2, a] += 0.5 * rise
+                if n > 0:
+                    out[n // 2 - 1, a] += 0.5 * rise
+    return out

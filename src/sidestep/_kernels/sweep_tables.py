@@ -97,6 +97,24 @@ def danger_tables(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def lay_out_squares(goal: FloatArray, weight: FloatArray, spacing: float, centre: int, axes: FloatArray) -> None:
+    """Weighted squared distance along each axis, θ1·(x_a − g_a)².
+
+    Args:
+        goal: (d,) m, in the lattice's frame.
+        weight: (d,) θ1.
+        spacing: m.
+        centre: index of the anchor.
+        axes: (3, C), written on the last d rows.
+    """
+    d = goal.size
+    for a in range(d):
+        for c in range(axes.shape[1]):
+            gap = spacing * (c - centre) - goal[a]
+            axes[3 - d + a, c] = weight[a] * gap * gap
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def lay_out_actions(
     effort: FloatArray,
     pull: FloatArray,

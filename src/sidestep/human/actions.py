@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -39,10 +40,16 @@ class ActionSet:
     @property
     def multiples(self) -> IntArray:
         """(n, d) integer multiples of v, the last axis fastest: action a moves the person by multiples[a] cells."""
-        r = range(-self.reach, self.reach + 1)
-        return np.array(list(product(r, repeat=self.dimension)), dtype=np.int64)
+        return _multiples(self.reach, self.dimension)
 
     @property
     def velocities(self) -> FloatArray:
         """(n, d) m/s, in the lattice's own frame."""
         return self.multiples.astype(np.float64) * self.speed
+
+
+@lru_cache(maxsize=16)
+def _multiples(reach: int, dimension: int) -> IntArray:
+    numbers = np.array(list(product(range(-reach, reach + 1), repeat=dimension)), dtype=np.int64)
+    numbers.setflags(write=False)
+    return numbers

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from sidestep._kernels.sweep import Values
-from sidestep._kernels.sweep_tables import danger_tables, lay_out_actions, lay_out_danger
+from sidestep._kernels.sweep_tables import danger_tables, lay_out_actions, lay_out_danger, lay_out_squares
 from sidestep.errors import InvalidInput
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
-from sidestep.types import BoolArray, FloatArray
+from sidestep.types import BoolArray, FloatArray, frozen_array
 
 TIE = 1e-6
 """Relative; costs this close are tied (float64 values)."""
@@ -67,13 +68,13 @@ def row_shape(width: int, dimension: int) -> tuple[int, int]:
     return width ** (dimension - 1), width
 
 
+@lru_cache(maxsize=256)
 def per_axis(name: str, weight: float | tuple[float, ...], dimension: int) -> FloatArray:
-    """One number or one per lattice axis → (d,)."""
-    if not isinstance(weight, tuple):
-        return np.full(dimension, float(weight))
-    if len(weight) not in (1, dimension):
-        raise InvalidInput(f"human.{name}", weight, f"one number or {dimension}, one per axis")
-    return np.array(weight * (dimension // len(weight)), dtype=np.float64)
+    """One number or one per axis → (d,), read-only; `name` is that of the field, for the message."""
+    given = weight if isinstance(weight, tuple) else (weight,)
+    if len(given) not in (1, dimension):
+        raise InvalidInput(name, weight, f"one number or {dimension}, one per axis")
+    return frozen_array(given * (dimension // len(given)))
 
 
 def danger_law(model: HumanModel) -> tuple[float, float]:
@@ -119,12 +120,12 @@ def action_terms(model: HumanModel, goal: Goal, grid: CostGrid, width: int) -> A
         intended = np.minimum(np.maximum(goal.velocity @ grid.lattice.rotation / grid.speed, -reach), reach)
         norm = math.sqrt(intended @ intended)
         if norm > 0:
-            weight = per_axis("goal_weight", model.goal_weight, d)
+            weight = per_axis("human.goal_weight", model.goal_weight, d)
             pull = np.abs(intended) * weight * (grid.lattice.spacing / norm)
     taps = np.empty((grid.steps, 3, count))
     mixture, tables = np.empty((3, count, count)), np.empty((3 * count, width))
     margin = lay_out_actions(
-        per_axis("effort_weight", model.effort_weight, d), pull, intended, grid.speed,
+        per_axis("human.effort_weight", model.effort_weight, d), pull, intended, grid.speed,
         direction and math.isinf(model.rationality), float(model.rationality), grid.tolerance, taps, mixture, tables,
     )  # fmt: skip
     return ActionTerms(taps=taps.astype(grid.dtype, copy=False), mixture=mixture, tables=tables, margin=margin)
@@ -136,12 +137,14 @@ def goal_terms(model: HumanModel, goal: Goal, grid: CostGrid, free: BoolArray | 
     axes = np.zeros((3, 2 * centre + 1))
     table = np.zeros((0, 0))
     if isinstance(goal, PointGoal):
-        weight = per_axis("goal_weight", model.goal_weight, d)
-        to_goal = grid.lattice.to_local(goal.position)[:, None] - spacing * np.arange(-centre, centre + 1)
+        weight = per_axis("human.goal_weight", model.goal_weight, d)
+        to_goal = grid.lattice.to_local(goal.position)
         if model.goal_cost == "squared":
-            np.multiply(weight[:, None], to_goal * to_goal, out=axes[3 - d :])  # ‖x − g‖²_θ1
+            lay_out_squares(to_goal, weight, spacing, centre, axes)  # ‖x − g‖²_θ1
         else:
-            table = np.sqrt(_outer_sum((weight[:, None] * to_goal) ** 2, grid))  # θ1 ‖x − g‖
+            lay_out_squares(to_goal, weight * weight, spacing, centre, axes)
+            table = np.sqrt(_outer_sum(axes[3 - d :], grid))  # θ1 ‖x − g‖
+            axes[:] = 0.0
     if free is not None:
         if table.size == 0:
             table = _outer_sum(axes[3 - d :], grid)

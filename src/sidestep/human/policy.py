@@ -56,6 +56,7 @@ class GoalPolicy:
         actions: costs of actions.
         tables: (3·T, 2·radius + 1) P_d of the undisturbed person per axis where it is separable; size 0 where it is
             not.
+        used: (3·T,) 0 where a row of `tables` is all zero.
         differs: (N,) False where the danger provably changes no action of policy k.
         free: grid.shape, or size 0.
         rationality: of Eq. 5.
@@ -65,6 +66,7 @@ class GoalPolicy:
     costs: CostTables
     actions: ActionTerms
     tables: FloatArray
+    used: FloatArray
     differs: BoolArray
     free: BoolArray
     rationality: float
@@ -72,8 +74,9 @@ class GoalPolicy:
     @property
     def layers(self) -> int:
         """How often masks must hold all actions: twice where mixtures may lead into walls."""
-        identity = np.all(np.diagonal(self.actions.mixture, axis1=1, axis2=2) == 1.0)
-        return 1 if self.free.size == 0 or identity else 2
+        if self.free.size == 0:
+            return 1
+        return 1 if np.all(np.diagonal(self.actions.mixture, axis1=1, axis2=2) == 1.0) else 2
 
     def sweep(
         self, danger: bool, first: int, last: int, lead: int, wanted: BoolArray, scratch: ValueScratch, choices: Choices
@@ -113,11 +116,13 @@ def policy_of(
         # it did.
         best = float(actions.taps.min(axis=2).sum())
         differs = danger.bounds >= actions.margin - 10 * grid.tolerance * (best + actions.margin)
+    tables = _undisturbed_tables(model, goal, grid, actions, axes, table, radius)
     return GoalPolicy(
         grid=grid,
         costs=CostTables(axes, table, danger.axes, danger.table),
         actions=actions,
-        tables=_undisturbed_tables(model, goal, grid, actions, axes, table, radius),
+        tables=tables,
+        used=np.max(tables, axis=1, initial=0.0, keepdims=True)[:, 0],
         differs=differs,
         free=np.zeros((0, 0), np.bool_) if free is None else free,
         rationality=float(model.rationality),

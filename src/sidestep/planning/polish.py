@@ -10,16 +10,15 @@ from itertools import product
 import numpy as np
 import piqp
 
-from sidestep._kernels.search_corridor import corridor
+from sidestep._kernels.path_costs import half_instants
+from sidestep._kernels.program import goal_model, half_planes, objective
+from sidestep._kernels.search_corridor import corridor, soft_slope
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import SearchResult
 from sidestep.planning.search_maps import SearchMaps
+from sidestep.prediction.person_mass import embedded, embedded_point
 from sidestep.types import FloatArray, Path
 
-CHORDS = 4
-"""Half-planes per step that stand for the speed disc, around the present direction."""
-CHORD_ANGLE = 0.35
-"""rad that each of them spans; the speed lost between two is 1.5 %."""
 _FAR = 1e3  # m; walls farther away than this are as good as none
 
 
@@ -74,71 +73,49 @@ def _accepted(problem: PlanningProblem, best: PolishedPath, target: Path) -> Pol
 
 def _program(problem: PlanningProblem, path: Path, maps: SearchMaps, least_gain: float) -> Path | None:
     """Solve one convex program around `path`; None if the solver fails or the program itself promises too little."""
-    steps, d = len(path) - 1, path.shape[1]
+    d, spacing = path.shape[1], maps.spacing
     curvature, slope = _goal_model(problem, path)
-    effort = 2.0 / problem.time_step**2 * np.broadcast_to(np.asarray(problem.effort_weight, dtype=np.float64), d)
-    hessian, pull = _motion_terms(steps, d)
-    P = hessian * np.tile(effort, steps)
-    P[np.diag_indices(steps * d)] += curvature.ravel() + 1e-9
-    c = slope - curvature * path[1:]
-    c[0] -= pull * effort * path[0]
-    if problem.wish is not None:
-        bend = 2.0 * problem.wish_weight / problem.time_step**2
-        P[np.arange(d), np.arange(d)] += bend
-        c[0] -= bend * (path[0] + problem.wish * problem.time_step)
-    rows, bounds, gradient = _surroundings(problem, path, maps)
-    c += gradient
-    speed_rows, speed_bounds = _speed_rows(problem, path, maps.spacing)
-    rows, bounds = np.concatenate([rows, speed_rows]), np.concatenate([bounds, speed_bounds])
-    low, high = _box(problem, path, maps.spacing)
+    room, gradient = _surroundings(problem, path, maps)
+    if gradient.size:
+        slope = slope + gradient
+    wished = path[0] if problem.wish is None else path[0] + problem.wish * problem.time_step
+    per_move = 2.0 / problem.time_step**2
+    hessian, linear = objective(
+        path, curvature, slope, per_move * problem.effort_weights, wished, per_move * problem.wish_weight
+    )
+    length = problem.max_speed * problem.time_step
+    slack = 2.0 * spacing * math.sqrt(d)
+    columns, bounds = half_planes(path, room, _directions(d), 1.5 * spacing, length, problem.shape == "box", slack)
+    low, high = _box(problem, path, spacing)
     solver = piqp.DenseSolver()
     solver.settings.eps_abs = solver.settings.eps_rel = 1e-6
     solver.settings.max_iter = 40
-    if len(rows):
-        solver.setup(np.asfortranarray(P), c.ravel(), None, None, np.asfortranarray(rows), None, bounds, low, high)
-    else:
-        solver.setup(np.asfortranarray(P), c.ravel(), None, None, None, None, None, low, high)
+    limits = (columns.T, None, bounds) if bounds.size else (None, None, None)
+    solver.setup(hessian.T, linear, None, None, *limits, low, high)  # transposed: the solver wants columns first
     if solver.solve() != piqp.PIQP_SOLVED:
         return None
     now, moved = path[1:].ravel(), np.array(solver.result.x)
-    gain = (now - moved) @ (0.5 * (P @ (now + moved)) + c.ravel())
+    gain = (now - moved) @ (0.5 * (hessian @ (now + moved)) + linear)
     if not gain > least_gain:
         return None
-    return np.concatenate([path[:1], moved.reshape(steps, d)])
+    return np.concatenate([path[:1], moved.reshape(-1, d)])
 
 
 def _goal_model(problem: PlanningProblem, path: Path) -> tuple[FloatArray, FloatArray]:
     """Diagonal curvature and slope (N, d) of the goal costs at the steps; for distances a quadratic from above."""
-    x = path[1:]
+    squared = problem.goal_cost == "squared"
+    if problem.distance_to_goal is None:
+        return goal_model(path, problem.goal, problem.goal_weights, squared, problem.terminal_weight)
+    x, h = path[1:], 0.05
     scale = np.ones((len(x), 1))
     scale[-1] += problem.terminal_weight
-    weight = np.broadcast_to(np.asarray(problem.goal_weight, dtype=np.float64), x.shape[1])
-    if problem.distance_to_goal is not None:
-        h = 0.05
-        shifts = h * np.eye(x.shape[1])
-        ahead = np.stack([problem.goal_costs(x + s) for s in shifts], axis=1)
-        behind = np.stack([problem.goal_costs(x - s) for s in shifts], axis=1)
-        away = np.maximum(problem.distance_to_goal.at(x), 1e-2)[:, None]
-        bend = 2.0 * weight[0] if problem.goal_cost == "squared" else weight[0] / away
-        return np.broadcast_to(scale * bend, x.shape).copy(), scale * (ahead - behind) / (2 * h)
-    apart = x - problem.goal
-    curvature: FloatArray
-    if problem.goal_cost == "squared":
-        curvature = np.broadcast_to(2.0 * weight, x.shape) * scale
-    else:
-        length = np.sqrt(np.square(apart * weight).sum(axis=1, keepdims=True))
-        curvature = weight * weight / np.maximum(length, 1e-3) * scale
-    return curvature, curvature * apart
-
-
-@lru_cache(maxsize=32)
-def _motion_terms(steps: int, d: int) -> tuple[FloatArray, float]:
-    """Hessian of ½Σ‖x_k − x_{k−1}‖² over x_1..x_N, and the weight of x_0 on x_1."""
-    second = 2.0 * np.eye(steps) - np.eye(steps, k=1) - np.eye(steps, k=-1)
-    second[-1, -1] = 1.0
-    matrix = np.kron(second, np.eye(d)).astype(np.float64)
-    matrix.setflags(write=False)
-    return matrix, 1.0
+    shifts = h * np.eye(x.shape[1])
+    ahead = np.stack([problem.goal_costs(x + s) for s in shifts], axis=1)
+    behind = np.stack([problem.goal_costs(x - s) for s in shifts], axis=1)
+    away = np.maximum(problem.distance_to_goal.at(x), 1e-2)[:, None]
+    weight = problem.goal_weights[0]
+    bend = 2.0 * weight if squared else weight / away
+    return np.broadcast_to(scale * bend, x.shape).copy(), scale * (ahead - behind) / (2 * h)
 
 
 @lru_cache(maxsize=3)
@@ -150,54 +127,40 @@ def _directions(d: int) -> FloatArray:
     return vectors
 
 
-def _surroundings(problem: PlanningProblem, path: Path, maps: SearchMaps) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Half-planes A·x ≤ b that keep off forbidden places, and the slope (N, d) of the soft risk."""
-    steps, d = len(path) - 1, path.shape[1]
-    doubled = np.empty((2 * steps, d))
-    doubled[0::2] = 0.5 * (path[:-1] + path[1:])
-    doubled[1::2] = path[1:]
+@lru_cache(maxsize=3)
+def _rays(d: int) -> FloatArray:
+    """(m, 3), the same among three axes."""
+    rays = embedded(_directions(d))
+    rays.setflags(write=False)
+    return rays
+
+
+def _surroundings(problem: PlanningProblem, path: Path, maps: SearchMaps) -> tuple[FloatArray, FloatArray]:
+    """Room (2N, m) m until something forbidden is met, and the slope (N, d) of the soft risk; size 0: not any."""
+    d = path.shape[1]
+    places = half_instants(path)
     directions = _directions(d)
-    room = np.full((2 * steps, len(directions)), np.inf)
-    gradient = np.zeros((steps, d))
+    room, gradient = np.zeros((0, len(directions))), np.zeros((0, d))
     if maps.rasters.some.any():
-        room, gradient = _risk_surroundings(problem, doubled, maps, directions)
+        room, gradient = _risk_surroundings(problem, places, maps)
     if problem.obstacles is not None:
-        room = np.minimum(room, _wall_room(problem, doubled, directions, maps.spacing))
-    at, toward = np.nonzero(room < 1.5 * maps.spacing)
-    normals = directions[toward]
-    bounds = room[at, toward] + (normals * doubled[at]).sum(axis=1)
-    rows = np.zeros((len(at), steps + 1, d))
-    n = np.arange(len(at))
-    midway = at % 2 == 0
-    later = at // 2 + 1
-    rows[n, later] = np.where(midway, 0.5, 1.0)[:, None] * normals
-    rows[n[midway], later[midway] - 1] = 0.5 * normals[midway]
-    bounds -= rows[:, 0] @ path[0]
-    return rows[:, 1:].reshape(len(at), steps * d), bounds, gradient
+        walls = _wall_room(problem, places[:, 3 - d :], directions, maps.spacing)
+        room = np.minimum(room, walls) if len(room) else walls
+    return room, gradient
 
 
-def _risk_surroundings(
-    problem: PlanningProblem, doubled: FloatArray, maps: SearchMaps, directions: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _risk_surroundings(problem: PlanningProblem, places: FloatArray, maps: SearchMaps) -> tuple[FloatArray, FloatArray]:
     """Room (2N, m) m until the risk passes the limit, and the slope (N, d) of the soft risk, from the rasters."""
-    d = doubled.shape[1]
-    cells = np.zeros((len(doubled), 3))
-    cells[:, 3 - d :] = (doubled - problem.start) / maps.spacing
-    rays = np.zeros((len(directions), 3))
-    rays[:, 3 - d :] = directions
+    d = problem.dimension
     limit = 0.5 if problem.rule == "cells" else problem.risk_limit
     rasters = maps.rasters
+    cells = (places - embedded_point(problem.start)) / maps.spacing
     room, slope, level = corridor(
-        cells, rays, 1.5, maps.radius, maps.active, rasters.values, rasters.starts, rasters.some, float(limit)
+        cells, _rays(d), 1.5, maps.radius, maps.active, rasters.values, rasters.starts, rasters.some, float(limit)
     )
-    halves = problem.people is not None and problem.people.has_midway
-    price = np.full(len(level), problem.soft_risk_weight)
-    if problem.graded:
-        price[level > limit] += problem.steep_risk_weight
-    price *= (0.5 if halves else 1.0) / maps.spacing
-    rise = slope[:, 3 - d :] * price[:, None]
-    gradient = rise[1::2] + 0.5 * rise[0::2]
-    gradient[:-1] += 0.5 * rise[2::2]
+    steep = problem.steep_risk_weight if problem.graded else 0.0
+    share = problem.half_share / maps.spacing
+    gradient = soft_slope(slope, level, share * problem.soft_risk_weight, share * steep, float(limit), d)
     return room * maps.spacing, gradient
 
 
@@ -217,46 +180,6 @@ def _wall_room(problem: PlanningProblem, doubled: FloatArray, directions: FloatA
     room = np.where(closing > 0.5, np.maximum(gap, 0.0)[:, None] / np.maximum(closing, 0.5), np.inf)
     room[:2] = np.inf  # the first step is judged by itself
     return room
-
-
-def _speed_rows(problem: PlanningProblem, path: Path, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """Half-planes A·x ≤ b that keep every step within the speed limit."""
-    steps, d = len(path) - 1, path.shape[1]
-    length = problem.max_speed * problem.time_step
-    moves = np.diff(path, axis=0)
-    if problem.shape == "box" or d == 1:
-        normals = np.broadcast_to(np.concatenate([np.eye(d), -np.eye(d)]), (steps, 2 * d, d))
-        limits = np.full((steps, 2 * d), length)
-    else:
-        normals, limits = _chords(moves, length)
-    reachable = (normals * moves[:, None]).sum(axis=2) + 2.0 * spacing * np.sqrt(d) >= limits
-    k, r = np.nonzero(reachable)
-    rows = np.zeros((len(k), steps + 1, d))
-    n = np.arange(len(k))
-    rows[n, k + 1] = normals[k, r]
-    rows[n, k] -= normals[k, r]
-    bounds = limits[k, r] + rows[:, 0] @ -path[0]
-    return rows[:, 1:].reshape(len(k), steps * d), bounds
-
-
-def _chords(moves: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
-    """Inner half-planes (N, m, d) and their limits (N, m) to the ball of `length` around the directions of `moves`."""
-    steps, d = moves.shape
-    size = np.linalg.norm(moves, axis=1, keepdims=True)
-    forward = np.where(size > 1e-9, moves / np.maximum(size, 1e-9), np.eye(d)[0])
-    if d == 2:
-        angles = CHORD_ANGLE * (np.arange(CHORDS) - 0.5 * (CHORDS - 1))
-        side = np.stack([-forward[:, 1], forward[:, 0]], axis=1)
-        turned = np.cos(angles)[None, :, None] * forward[:, None] + np.sin(angles)[None, :, None] * side[:, None]
-        return turned, np.full((steps, CHORDS), length * np.cos(0.5 * CHORD_ANGLE))
-    other = np.where(np.abs(forward[:, 2:3]) < 0.9, np.eye(3)[2], np.eye(3)[0])
-    side = np.cross(forward, other)
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
-    up = np.cross(forward, side)
-    tilts = [(np.cos(a) * side + np.sin(a) * up) for a in np.pi / 2 * np.arange(4) + np.pi / 4]
-    lean = np.sin(0.5 * CHORD_ANGLE)
-    turned = np.stack([np.cos(0.5 * CHORD_ANGLE) * forward + lean * t for t in tilts], axis=1)
-    return turned, np.full((steps, 4), length * np.cos(0.5 * CHORD_ANGLE))
 
 
 def _box(problem: PlanningProblem, path: Path, spacing: float) -> tuple[FloatArray, FloatArray]:

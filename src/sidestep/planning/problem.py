@@ -16,6 +16,8 @@ from typing import Literal
 
 import numpy as np
 
+from sidestep._kernels.path_costs import goal_costs, motion_cost, top_speed
+from sidestep.human.cost import per_axis
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import DistanceField
 from sidestep.prediction.collision import RiskField
@@ -85,16 +87,27 @@ class PlanningProblem:
         """Number of axes d."""
         return int(self.start.size)
 
+    @property
+    def goal_weights(self) -> FloatArray:
+        """(d,) θ5."""
+        return per_axis("planner.goal_weight", self.goal_weight, self.dimension)
+
+    @property
+    def effort_weights(self) -> FloatArray:
+        """(d,) θ6."""
+        return per_axis("planner.effort_weight", self.effort_weight, self.dimension)
+
+    @property
+    def half_share(self) -> float:
+        """Part of a step's price of risk that a half instant is charged: ½ where the risk midway is known."""
+        return 0.5 if self.people is not None and self.people.has_midway else 1.0
+
     def goal_costs(self, points: FloatArray) -> FloatArray:
         """Return the goal cost (M,) of being at `points` (M, d) m at one step."""
-        if self.distance_to_goal is not None:
-            weight = self.goal_weight if isinstance(self.goal_weight, (int, float)) else self.goal_weight[0]
-            walk = self.distance_to_goal.at(points)
-            return weight * (walk * walk if self.goal_cost == "squared" else walk)
-        apart = points - self.goal
-        if self.goal_cost == "squared":
-            return (apart * apart * self.goal_weight).sum(axis=-1)
-        return np.sqrt(np.square(apart * self.goal_weight).sum(axis=-1))
+        if self.distance_to_goal is None:
+            return goal_costs(points, self.goal, self.goal_weights, self.goal_cost == "squared")
+        walk = self.distance_to_goal.at(points)
+        return self.goal_weights[0] * (walk * walk if self.goal_cost == "squared" else walk)
 
     def effort_costs(self, velocities: FloatArray) -> FloatArray:
         """Return ‖u‖²_θ6 (M,) of velocities (M, d) m/s."""
@@ -118,22 +131,17 @@ class PlanningProblem:
         Args:
             path: m. risk: (2N,) along it, if known.
         """
-        goal = self.goal_costs(path[1:])
-        velocities = np.diff(path, axis=0) / self.time_step
-        total = goal.sum() + self.terminal_weight * goal[-1] + self.effort_costs(velocities).sum()
-        total += self.wish_costs(velocities[:1])[0]
-        if self.graded:
-            total += self.first_step_costs(velocities[:1])[0]
-        if self.people is None or (self.soft_risk_weight == 0 and not self.graded):
-            return float(total)
-        seen = self.risk_along(path) if risk is None else risk
-        charged = self.soft_risk_weight * seen
-        if self.graded:
-            charged = charged + self.steep_risk_weight * np.maximum(seen - self.risk_limit, 0.0)
-        if self.people.has_midway:
-            charged = 0.5 * charged
-        standing = np.repeat(np.all(velocities == 0.0, axis=1), 2)
-        return float(total + np.where(standing, self.standing_share, 1.0) @ charged)
+        nothing = self.soft_risk_weight == 0 and not self.graded
+        seen = np.zeros(2 * (len(path) - 1)) if nothing else self.risk_along(path) if risk is None else risk
+        total = motion_cost(
+            path, self.goal_costs(path[1:]), self.terminal_weight, self.effort_weights, self.time_step, seen,
+            self.half_share * self.soft_risk_weight, self.half_share * self.steep_risk_weight if self.graded else 0.0,
+            self.risk_limit, self.standing_share,
+        )  # fmt: skip
+        first = (path[1:2] - path[:1]) / self.time_step
+        if self.wish is not None:
+            total += self.wish_costs(first)[0]
+        return total + float(self.first_step_costs(first)[0]) if self.graded else total
 
     @property
     def largest_change(self) -> float:
@@ -169,16 +177,13 @@ class PlanningProblem:
 
     def allows(self, path: Path, risk: FloatArray | None = None) -> bool:
         """Return whether `path` (N+1, d) m respects every limit: speed, walls, first step and (unless graded) risk."""
-        velocities = np.diff(path, axis=0) / self.time_step
-        top = self.max_speed * (1 + 1e-6) + 1e-9
-        speeds = np.abs(velocities).max() if self.shape == "box" else np.sqrt((velocities**2).sum(axis=1)).max()
-        if not speeds <= top:
+        if not top_speed(path, self.time_step, self.shape == "box") <= self.max_speed * (1 + 1e-6) + 1e-9:
             return False
         if not self.graded:
             seen = self.risk_along(path) if risk is None else risk
             if not respects(seen, self.rule, self.risk_limit):
                 return False
-        if not np.isfinite(self.first_step_costs(velocities[:1])[0]):
+        if not np.isfinite(self.first_step_costs((path[1:2] - path[:1]) / self.time_step)[0]):
             return False
         if self.obstacles is None or len(path) < 3:
             return True

@@ -80,19 +80,15 @@ def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
 
 def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float) -> SearchResult:
     """One backward induction and the exact evaluation of what it found."""
-    halves = problem.people is not None and problem.people.has_midway
     steep = problem.steep_risk_weight if problem.graded else math.inf
-    velocities: FloatArray = maps.taps * np.float64(maps.spacing / problem.time_step)
-    taps = np.zeros((len(maps.taps), 3), dtype=np.int64)
-    taps[:, 3 - problem.dimension :] = maps.taps
-    share = 0.5 if halves else 1.0
+    share = problem.half_share
     total, chosen = solve(
         problem.horizon,
         maps.radius,
         maps.active,
-        taps,
-        problem.effort_costs(velocities).astype(np.float32),
-        _first_costs(problem, velocities),
+        maps.moves,
+        problem.effort_costs(maps.velocities).astype(np.float32),
+        _first_costs(problem, maps.velocities),
         maps.stage,
         maps.terminal,
         maps.blocked,

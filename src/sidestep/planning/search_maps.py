@@ -27,7 +27,8 @@ class SearchMaps:
     """What a search reads. Made once, searched often.
 
     Attributes:
-        taps: (n, d) cells, the actions; the first is standing still.
+        taps: (n, d) cells, the actions; the first is standing still; moves: (n, 3), the same among three axes.
+        velocities: (n, d) m/s of them.
         spacing: m; radius: K, largest tap per axis; active: (3,) 1 where an axis exists, the last ones.
         stage, terminal: goal costs over the reachable box, among three axes, above their smallest value.
         blocked, blocked_halfway: walls, or empty.
@@ -35,6 +36,8 @@ class SearchMaps:
     """
 
     taps: IntArray
+    moves: IntArray
+    velocities: FloatArray
     spacing: float
     radius: int
     active: IntArray
@@ -57,8 +60,11 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
     blocked_halfway = np.zeros((0, 1, 1, 1), dtype=np.bool_)
     if problem.obstacles is not None:
         blocked, blocked_halfway = _walls(problem, spacing, radius, active)
+    taps = lattice_taps(radius, d, problem.shape)
     return SearchMaps(
-        taps=lattice_taps(radius, d, problem.shape),
+        taps=taps,
+        moves=_among_three_axes(radius, d, problem.shape),
+        velocities=taps * np.float64(spacing / problem.time_step),
         spacing=spacing,
         radius=radius,
         active=active,
@@ -127,6 +133,15 @@ def lattice_taps(radius: int, dimension: int, shape: str) -> IntArray:
     taps = taps[np.argsort(length, kind="stable")]
     taps.setflags(write=False)
     return taps
+
+
+@lru_cache(maxsize=64)
+def _among_three_axes(radius: int, dimension: int, shape: str) -> IntArray:
+    taps = lattice_taps(radius, dimension, shape)
+    moves = np.zeros((len(taps), 3), dtype=np.int64)
+    moves[:, 3 - dimension :] = taps
+    moves.setflags(write=False)
+    return moves
 
 
 @lru_cache(maxsize=64)

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sidestep._kernels.path_costs import half_instants
 from sidestep._kernels.risk import mass_near, mass_within
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.risk_raster import rasterise, rasterise_all
-from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point, frame_of_lattice
+from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
 from sidestep.types import FloatArray, IntArray, Path
 
 
@@ -46,7 +47,7 @@ class RiskField:
     @cached_property
     def _evaluators(self) -> list[_Sharp | _Blurred]:
         pairs = zip(self.people, self.distances, strict=True)
-        return [_Blurred.of(p, float(r)) if p.spread else _Sharp.of(p, float(r)) for p, r in pairs]
+        return [_Blurred.of(p, float(r)) if p.spread else _Sharp(p, float(r)) for p, r in pairs]
 
     def per_person(self, instants: IntArray, points: FloatArray) -> FloatArray:
         """Return (P, M) the probability that each person is close to a point at a half instant.
@@ -72,13 +73,16 @@ class RiskField:
 
         Half instants between the steps are 0 where they are not looked at.
         """
-        steps = len(path) - 1
-        if not self.people or steps == 0:
-            return np.zeros(2 * steps)
-        doubled = np.empty((2 * steps, path.shape[1]))
-        doubled[0::2] = 0.5 * (path[:-1] + path[1:])
-        doubled[1::2] = path[1:]
-        out = 1.0 - np.prod(1.0 - self.per_person(np.arange(1, 2 * steps + 1), doubled), axis=0)
+        if not self.people or len(path) < 2:
+            return np.zeros(2 * (len(path) - 1))
+        places = half_instants(path)
+        instants = _counting(len(places))
+        out = self._evaluators[0].at(instants, places)
+        if len(self.people) > 1:
+            none = 1.0 - out
+            for evaluator in self._evaluators[1:]:
+                none *= 1.0 - evaluator.at(instants, places)
+            out = 1.0 - none
         if not self.has_midway:
             out[0::2] = 0.0
         return out
@@ -182,18 +186,12 @@ class _Sharp:
     """Evaluates one person without spread: sums the cells within the distance."""
 
     person: PersonMass
-    spacings: FloatArray
-    frame: tuple[FloatArray, FloatArray, IntArray]
     distance: float
-
-    @classmethod
-    def of(cls, person: PersonMass, distance: float) -> _Sharp:
-        return cls(person, person.spacings, frame_of_lattice(person.lattice), distance)
 
     def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
         person = self.person
         return mass_within(
-            points, instants, person.flat, person.offsets, person.radii, self.spacings, *self.frame, self.distance
+            points, instants, person.flat, person.offsets, person.radii, person.spacings, *person.frame, self.distance
         )
 
 
@@ -202,8 +200,6 @@ class _Blurred:
     """Evaluates one person with spread: sums the cells in reach, each with its share within the distance."""
 
     person: PersonMass
-    spacings: FloatArray
-    frame: tuple[FloatArray, FloatArray, IntArray]
     profile: tuple[FloatArray, FloatArray]
 
     @classmethod
@@ -215,10 +211,18 @@ class _Blurred:
             sigmas = np.ascontiguousarray(person.sigmas, dtype=np.float64)
             weights = np.ascontiguousarray(person.weights, dtype=np.float64)
             profile = profiles(distance, weights, sigmas, blob_table(person.lattice.dimension))
-        return cls(person, person.spacings, frame_of_lattice(person.lattice), profile)
+        return cls(person, profile)
 
     def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
         person = self.person
         return mass_near(
-            points, instants, person.flat, person.offsets, person.radii, self.spacings, *self.frame, *self.profile
+            points, instants, person.flat, person.offsets, person.radii, person.spacings, *person.frame, *self.profile
         )
+
+
+@lru_cache(maxsize=64)
+def _counting(last: int) -> IntArray:
+    """(last,) 1, 2, …, last."""
+    numbers = np.arange(1, last + 1, dtype=np.int64)
+    numbers.setflags(write=False)
+    return numbers

@@ -16,7 +16,7 @@ prediction.contact                         # (N,)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,12 +24,13 @@ import numpy as np
 
 from sidestep._kernels.blocks import put_steps
 from sidestep.errors import InvalidInput
+from sidestep.human.actions import ActionSet
 from sidestep.human.cost import row_shape
 from sidestep.human.goals import Goal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice, heading_rotation
 from sidestep.prediction.propagation import Removal, Results, Scene, Workspace
-from sidestep.types import BoolArray, FloatArray, VectorLike
+from sidestep.types import BoolArray, FloatArray, IntArray, VectorLike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,8 +71,8 @@ class Prediction:
         action_probabilities: (G, 2, n) P(u | x_0; goal, β) at the first instant (Eq. 4), [:, 1] concerned.
         velocities: (n, d) m/s of these actions in the world frame.
         contact: (N,) P(first contact at k = 1..N) along the robot's path; zeros without removal.
-        blocks: mass at half instants 0, 1, … 2N, flat, each on its own box (`propagation.Constants`); empty without
-            mid-steps.
+        blocks: mass at half instants 0, 1, … 2N, flat, each on its own box; empty without mid-steps.
+        offsets: (2N+2,) where the blocks begin; radii: (2N+1,) cells from the anchor to their faces.
         hypotheses: (G, 2, N+1, cells…) mass of each hypothesis, weight included; None if not asked for, or if
             awareness is resampled.
     """
@@ -80,26 +81,27 @@ class Prediction:
     action_probabilities: FloatArray
     velocities: FloatArray
     contact: FloatArray
-    blocks: FloatArray = field(default_factory=lambda: np.zeros(0))
+    blocks: FloatArray
+    offsets: IntArray
+    radii: IntArray
     hypotheses: FloatArray | None = None
 
     @cached_property
     def midway(self) -> tuple[FloatArray, ...]:
         """N arrays, mass at k + ½ on `midway_lattice(k)`; empty if not asked for."""
-        d, steps = self.occupancy.lattice.dimension, len(self.occupancy) - 1
-        widths = [self.midway_lattice(k).shape[0] for k in range(steps if self.blocks.size else 0)]
-        ends = np.cumsum([size for k, w in enumerate(widths) for size in ((2 * k * self._reach + 1) ** d, w**d)])
-        parts = [self.blocks[ends[2 * k] : ends[2 * k + 1]] for k in range(len(widths))]
-        return tuple(_read_only(p.reshape((w,) * d)) for p, w in zip(parts, widths, strict=True))
-
-    @property
-    def _reach(self) -> int:
-        return self.occupancy.lattice.radius // max(len(self.occupancy) - 1, 1)
+        steps = len(self.occupancy) - 1 if self.blocks.size else 0
+        parts = [self.blocks[self.offsets[2 * k + 1] : self.offsets[2 * k + 2]] for k in range(steps)]
+        return tuple(_read_only(part.reshape(self.midway_lattice(k).shape)) for k, part in enumerate(parts))
 
     def midway_lattice(self, k: int) -> Lattice:
         """Return the lattice of `midway[k]`: half the spacing, radius reach·(2k + 1)."""
-        lattice, radius = self.occupancy.lattice, self._reach * (2 * k + 1)
-        return Lattice(origin=lattice.origin, spacing=lattice.spacing / 2, radius=radius, rotation=lattice.rotation)
+        lattice = self.occupancy.lattice
+        return Lattice(
+            origin=lattice.origin,
+            spacing=lattice.spacing / 2,
+            radius=int(self.radii[2 * k + 1]),
+            rotation=lattice.rotation,
+        )
 
 
 def frame_of(model: HumanModel, position: VectorLike, velocity: VectorLike | None, time_step: float) -> Lattice:
@@ -200,6 +202,8 @@ def predict(
         velocities=_read_only(action_velocities(model, lattice, time_step)),
         contact=_read_only(results.contact),
         blocks=_read_only(results.blocks),
+        offsets=scene.given.offsets,
+        radii=scene.radii,
         hypotheses=None if kept is None else _read_only(kept.reshape(len(goals), 2, *cells)),
     )
 
@@ -243,8 +247,7 @@ def first_action_probabilities(
 
 def action_velocities(model: HumanModel, lattice: Lattice, time_step: float) -> FloatArray:
     """(n, d) m/s, the actions in the world frame, in the order of `ActionSet.multiples`."""
-    d, width = lattice.dimension, 2 * model.reach + 1
-    multiples = np.indices((width,) * d).reshape(d, -1).T - model.reach
+    multiples = ActionSet(speed=1.0, reach=model.reach, dimension=lattice.dimension).multiples
     return multiples @ (lattice.spacing / time_step * lattice.rotation.T)
 
 

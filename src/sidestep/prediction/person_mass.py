@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from sidestep.prediction.occupancy import Prediction
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PersonMass:
     """Where one person may be, at steps and midway, as one flat array.
 
@@ -83,31 +84,31 @@ class PersonMass:
         profile: tuple[FloatArray, FloatArray] | None = None,
     ) -> PersonMass:
         """Collect the mass of a `Prediction`; `weights` (C,), `sigmas` (2N+1, C) m and `profile` as for the class."""
-        occupancy, lattice = prediction.occupancy, prediction.occupancy.lattice
-        horizon = len(occupancy) - 1
-        reach = lattice.radius // max(1, horizon)
+        lattice, steps = prediction.occupancy.lattice, prediction.occupancy.probability
         if prediction.blocks.size == 0:
-            steps = occupancy.probability
+            reach = lattice.radius // max(1, len(steps) - 1)
             return cls.of(lattice=lattice, steps=steps, reach=reach, weights=weights, sigmas=sigmas, profile=profile)
-        half_instants = np.arange(2 * horizon + 1)
-        radii = reach * np.where(half_instants % 2 == 1, half_instants, half_instants // 2)
-        offsets = np.concatenate([[0], np.cumsum((2 * radii + 1) ** lattice.dimension)])
         return cls(
-            lattice=lattice, flat=prediction.blocks, offsets=offsets, radii=radii, weights=weights, sigmas=sigmas,
-            profile=profile,
+            lattice=lattice, flat=prediction.blocks, offsets=prediction.offsets, radii=prediction.radii,
+            weights=weights, sigmas=sigmas, profile=profile,
         )  # fmt: skip
 
-    @property
+    @cached_property
+    def frame(self) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Origin (3,), rotation (3, 3) and active axes (3,) of the lattice among three axes."""
+        return frame_of_lattice(self.lattice)
+
+    @cached_property
     def spacings(self) -> FloatArray:
         """(B,) m between the cells of each block."""
         s = np.full(self.radii.size, self.lattice.spacing)
         s[1::2] *= 0.5
         return s
 
-    @property
+    @cached_property
     def spread(self) -> bool:
         """True if positions are blurred."""
-        return self.sigmas is not None and self.weights is not None and bool(np.any(self.sigmas > 0))
+        return self.sigmas is not None and self.weights is not None and bool(self.sigmas.max() > 0)
 
     def cells(self, tolerance: float) -> tuple[FloatArray, FloatArray, IntArray]:
         """Return the cells (·, 3) m that matter, their masses, and (B+1,) where the blocks start in them.
@@ -115,7 +116,7 @@ class PersonMass:
         Args:
             tolerance: mass that may be left out of each block.
         """
-        return compact(self.flat, self.offsets, self.radii, self.spacings, *frame_of_lattice(self.lattice), tolerance)
+        return compact(self.flat, self.offsets, self.radii, self.spacings, *self.frame, tolerance)
 
 
 def active_axes(dimension: int) -> IntArray:

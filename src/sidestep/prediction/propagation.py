@@ -230,7 +230,7 @@ class Scene:
             self._behaviour = Behaviour(
                 policy.actions.mixture,
                 policy.tables,
-                np.any(policy.tables, axis=1).astype(np.float64),
+                policy.used,
                 self._undisturbed(goal),
                 self._concerned(policy, first, last) if minding else self._constants.nobody,
                 policy.differs,
