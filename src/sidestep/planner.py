@@ -27,7 +27,7 @@ from sidestep.planning.settings import PlannerSettings
 from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
-from sidestep.subjects import Subject
+from sidestep.subjects import everybody_of
 from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
 
 _log = logging.getLogger(__name__)
@@ -185,7 +185,7 @@ class Planner:
             goal=self.goal,
             settings=settings,
             around=around,
-            everybody=tuple(Subject(mind, around) for mind in self._minds.values()),
+            everybody=everybody_of(tuple(self._minds.values()), around),
             field=self._field,
             workspace=self._workspace,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -52,10 +53,12 @@ class Subject:
     Attributes:
         mind: what is known of the person.
         around: what holds for everybody.
+        others: the other people, where this one minds them.
     """
 
     mind: Mind
     around: Circumstances
+    others: tuple[Mind, ...] = ()
 
     @property
     def contact(self) -> float:
@@ -148,9 +151,25 @@ class Subject:
             free=self.free,
             midway=self.around.midway,
             workspace=workspace,
+            others=self._others_along(len(path)),
         )
+
+    def _others_along(self, instants: int) -> FloatArray | None:
+        """(P, instants, d) m, the other people if each goes on at the present velocity; None: nobody is minded."""
+        if not self.others:
+            return None
+        time = self.around.time_step * np.arange(instants)[:, None]
+        return np.array([other.position + time * other.velocity for other in self.others])
 
     def mass(self, prediction: Prediction) -> PersonMass:
         """Return what the risk is computed from."""
         weights, sigmas = (None, None) if self.spread is None else self.spread
         return PersonMass.of_prediction(prediction, weights=weights, sigmas=sigmas, profile=self.profile)
+
+
+def everybody_of(minds: Sequence[Mind], around: Circumstances) -> tuple[Subject, ...]:
+    """Return everybody, each among the others where the model says that they are minded."""
+    return tuple(
+        Subject(mind, around, tuple(o for o in minds if o is not mind) if mind.model.repulsion_weight > 0 else ())
+        for mind in minds
+    )

@@ -8,7 +8,7 @@ import numpy as np
 from sidestep.human.goals import DirectionGoal, PointGoal, StandGoal
 
 
-def sequence_costs(model, lattice, goal, robot_path, awareness, time_step, cell, sequences, free=None):
+def sequence_costs(model, lattice, goal, robot_path, awareness, time_step, cell, sequences, free=None, others=()):
     """Cost (S,) of each sequence (S, M, d) of integer actions from `cell` ((d,) offset from the anchor)."""
     d = lattice.dimension
     v = lattice.spacing / time_step
@@ -43,6 +43,10 @@ def sequence_costs(model, lattice, goal, robot_path, awareness, time_step, cell,
                 wide = 1 + 2 * model.danger_rate * variance
                 danger = np.exp(-model.danger_rate * distance**2 / wide) / math.sqrt(wide)
             cost = cost + model.danger_weight * danger
+            for other in others:
+                gap = np.linalg.norm(world[:, j] - other[0 if model.horizon == 0 else j + 1], axis=1)
+                power = gap if model.danger_decay == "distance" else gap**2
+                cost = cost + model.repulsion_weight * np.exp(-model.repulsion_rate * power)
     if free is not None:
         radius = free.shape[0] // 2
         inside = np.all(np.abs(cells) <= radius, axis=2)
@@ -58,14 +62,14 @@ def all_sequences(reach, dimension, steps):
     return np.array(list(itertools.product(actions, repeat=steps)), dtype=int)
 
 
-def action_values(model, lattice, goal, robot_path, awareness, time_step, cell, free=None):
+def action_values(model, lattice, goal, robot_path, awareness, time_step, cell, free=None, others=()):
     """Q (n,): least cost of each first action from `cell`, over everything that may follow."""
     n = (2 * model.reach + 1) ** lattice.dimension
     if isinstance(goal, StandGoal):
         return np.where(np.arange(n) == n // 2, 0.0, np.inf)
     steps = max(model.horizon, 1)
     sequences = all_sequences(model.reach, lattice.dimension, steps)
-    cost = sequence_costs(model, lattice, goal, robot_path, awareness, time_step, cell, sequences, free)
+    cost = sequence_costs(model, lattice, goal, robot_path, awareness, time_step, cell, sequences, free, others)
     return cost.reshape(n, -1).min(axis=1)
 
 

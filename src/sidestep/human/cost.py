@@ -1,4 +1,4 @@
-"""Eq. 2a, term by term, in the lattice's own frame: goal, effort, danger."""
+"""Eq. 2a, term by term, in the lattice's own frame: goal, effort, danger; and beyond the paper, other people."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ TIE = 1e-6
 """Relative; costs this close are tied (float64 values)."""
 TIE_SINGLE = 2e-6
 """The same for float32 values, whose rounding over 50 stages reaches this size."""
+_UNFELT = 1e-12
+"""A whole walk past somebody that costs less than the absolute width of a tie changes nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -180,9 +182,15 @@ class DangerTerms:
 
 
 def danger_terms(
-    model: HumanModel, world: FloatArray, grid: CostGrid, horizon: int, lead: int, radius: int = 0
+    model: HumanModel,
+    world: FloatArray,
+    grid: CostGrid,
+    horizon: int,
+    lead: int,
+    radius: int = 0,
+    others: FloatArray | None = None,
 ) -> DangerTerms:
-    """Lay out the danger term of Eq. 2a.
+    """Lay out the danger term of Eq. 2a, and where the model says so the same for other people (β = 1 minds both).
 
     Args:
         model: how the person decides.
@@ -191,9 +199,30 @@ def danger_terms(
         horizon: N, policies.
         lead: 1 if the robot is anticipated, 0 if it is taken to stay where it is.
         radius: cells a person can be in at instant 0.
+        others: (P, T, d) m, the other people at the same instants, or None.
     """
-    weight, rate = danger_law(model)
     squared = model.danger_decay == "squared_distance"
+    robot = _decaying(danger_law(model), squared, world, grid, horizon, lead, radius)
+    if others is None or model.repulsion_weight == 0:
+        return robot
+    law = model.repulsion_weight, model.repulsion_rate
+    crowd = [_decaying(law, squared, np.ascontiguousarray(p), grid, horizon, lead, radius) for p in others]
+    crowd = [terms for terms in crowd if terms.bounds.max() > _UNFELT]
+    if not crowd:
+        return robot
+    return DangerTerms(
+        path=robot.path,
+        bounds=robot.bounds + np.sum([terms.bounds for terms in crowd], axis=0),
+        axes=np.ones((3, 1), grid.dtype),
+        table=np.sum([_as_table(terms, grid) for terms in (robot, *crowd)], axis=0, dtype=grid.dtype),
+    )
+
+
+def _decaying(
+    law: tuple[float, float], squared: bool, world: FloatArray, grid: CostGrid, horizon: int, lead: int, radius: int
+) -> DangerTerms:
+    """Danger of one body that moves along `world` (T, d) m, by its (weight, rate)."""
+    weight, rate = law
     lattice = grid.lattice
     path, bounds = np.empty((len(world), 3)), np.empty(horizon)
     axes = np.empty((3 * len(world), 2 * grid.centre + 1), grid.dtype) if squared else np.ones((3, 1), grid.dtype)
@@ -201,7 +230,19 @@ def danger_terms(
         world, lattice.origin, lattice.rotation, lattice.spacing, weight, rate, squared, grid.centre, grid.reach,
         grid.steps, lead, path, bounds, axes,
     )  # fmt: skip
-    table = np.empty((0 if squared else len(world) * grid.shape[0], grid.shape[1]), grid.dtype)
+    table = np.zeros((0 if squared else len(world) * grid.shape[0], grid.shape[1]), grid.dtype)
     if not squared:
         danger_tables(path, radius, grid.reach, lead, lattice.spacing, weight, rate, grid.centre, grid.dimension, table)
     return DangerTerms(path=path, bounds=bounds, axes=axes, table=table)
+
+
+def _as_table(terms: DangerTerms, grid: CostGrid) -> Values:
+    """(T·rows, C), also of what is kept per axis."""
+    if terms.table.size > 0:
+        return terms.table
+    d = grid.dimension
+    factors = terms.axes.reshape(-1, 3, terms.axes.shape[1])
+    table = np.prod(factors[:, : 3 - d, 0], axis=1).reshape(-1, *(1,) * d)  # the axes that only pad
+    for a in range(d):
+        table = table * factors[:, 3 - d + a].reshape(-1, *(1,) * a, factors.shape[2], *(1,) * (d - 1 - a))
+    return table.reshape(-1, factors.shape[2])

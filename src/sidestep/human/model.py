@@ -31,7 +31,9 @@ class HumanModel:
         danger_weight: θ3 (≥ 0).
         danger_rate: θ4, 1/m for decay "distance", 1/m² for "squared_distance" (≥ 0).
         danger_decay: exp(−θ4·dist) as printed, or exp(−θ4·dist²) as the authors ran it.
-        perception_noise: m, standard deviation σ of the person's error in judging the distance.
+        repulsion_weight: as θ3, of being where another person is; 0: people do not mind each other, as in the paper.
+        repulsion_rate: as θ4, of the distance to another person; `danger_decay` holds for both.
+        perception_noise: m, standard deviation σ of the person's error in judging the distance to the robot.
         randomness: ω_H in [0, 1]; the share of random actions (where `online_randomness`, its starting value).
         rationality: 1/cost; ∞ is Eq. 5, a finite value makes P_d ∝ exp(−rationality·Q).
         awareness_over_horizon: "persistent" propagates P(x|β) apart, "resampled" is Eq. 7 as printed.
@@ -58,6 +60,8 @@ class HumanModel:
     danger_weight: float = 6.0
     danger_rate: float = 1.0
     danger_decay: DangerDecay = "squared_distance"
+    repulsion_weight: float = 0.0
+    repulsion_rate: float = 1.0
     perception_noise: float = 0.0
     randomness: float = 0.2
     rationality: float = math.inf
@@ -91,6 +95,8 @@ class HumanModel:
         for name in (
             "danger_weight",
             "danger_rate",
+            "repulsion_weight",
+            "repulsion_rate",
             "perception_noise",
             "switch_rate",
             "measurement_noise",

@@ -208,6 +208,7 @@ def action_values(
     awareness: int,
     time_step: float,
     free: BoolArray | None = None,
+    others: FloatArray | None = None,
 ) -> FloatArray:
     """Least cost of every first action from every cell (Eq. 2): Q (cells…, n).
 
@@ -222,6 +223,7 @@ def action_values(
         awareness: β, 0 or 1.
         time_step: s.
         free: (cells…) of a lattice of any radius with the same anchor: cells a person may occupy; beyond it all are.
+        others: (P, ≥ N_H + 1, d) m, other people at the same instants, minded if `repulsion_weight` > 0; or None.
 
     Raises:
         InvalidInput: the path is too short, or shapes do not fit.
@@ -238,7 +240,9 @@ def action_values(
         return values
     centre = lattice.radius + reach * steps
     grid = CostGrid(lattice=lattice, time_step=time_step, reach=reach, steps=steps, centre=centre)
-    danger = danger_terms(model, np.ascontiguousarray(world[: lead * steps + 1]), grid, 1, lead, lattice.radius)
+    kept = lead * steps + 1
+    company = None if others is None else others[:, :kept]
+    danger = danger_terms(model, np.ascontiguousarray(world[:kept]), grid, 1, lead, lattice.radius, company)
     taps = action_terms(model, goal, grid, 1).taps
     costs = CostTables(*goal_terms(model, goal, grid, embedded_free(free, grid)), danger.axes, danger.table)
     arrive = sweep(costs, lead, bool(awareness), taps, lattice.radius, centre, d, *value_scratch(grid))

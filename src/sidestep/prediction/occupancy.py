@@ -137,6 +137,7 @@ def predict(
     keep_hypotheses: bool = False,
     workspace: Workspace | None = None,
     dtype: type[np.float32] | type[np.float64] | None = None,
+    others: FloatArray | None = None,
 ) -> Prediction:
     """Push a person's probability mass over the horizon (Eqs. 4, 6, 7).
 
@@ -155,6 +156,7 @@ def predict(
         keep_hypotheses: also return each hypothesis by itself (persistent awareness only).
         workspace: scratch to reuse.
         dtype: of values; by default float64, float32 for long horizons.
+        others: (P, ≥ N + M + 1, d) m, other people at the same instants, minded if `repulsion_weight` > 0; or None.
 
     Raises:
         InvalidInput: shapes that do not fit.
@@ -163,7 +165,7 @@ def predict(
     if joint.shape != (len(goals), 2):
         raise InvalidInput("weights", joint.shape, f"({len(goals)}, 2)")
     scene = Scene.of(
-        model, lattice, goals, robot_path, horizon, time_step, removal, free, workspace or Workspace(), dtype
+        model, lattice, goals, robot_path, horizon, time_step, removal, free, workspace or Workspace(), dtype, others
     )
     d, reach = lattice.dimension, model.reach
     rows, width = row_shape(2 * reach * horizon + 1, d)

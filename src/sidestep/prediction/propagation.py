@@ -157,6 +157,7 @@ class Scene:
         free: BoolArray | None,
         space: Workspace,
         dtype: type[np.float32] | type[np.float64] | None,
+        others: FloatArray | None = None,
     ) -> Scene:
         """Lay out everything; arguments as for `predict`."""
         steps, lead = look_ahead(model, horizon)
@@ -175,7 +176,8 @@ class Scene:
             centre=reach * (horizon - 1 + steps),
             dtype=dtype,
         )
-        danger = danger_terms(model, world[:needed], grid, horizon, lead)
+        company = None if others is None else others[:, :needed]
+        danger = danger_terms(model, world[:needed], grid, horizon, lead, others=company)
         walls = embedded_free(free, grid)
         constants = space.constants(reach, horizon, d)
         policies = [policy_of(model, goal, grid, danger, walls, reach * (horizon - 1)) for goal in goals]

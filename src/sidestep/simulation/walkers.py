@@ -135,7 +135,8 @@ class Stander(Walker):
 class ModelWalker(Walker):
     """Decides by Eq. 2 with own parameters, acts at random with probability ω (Eq. 4), and misjudges distances.
 
-    A concerned person knows the motion that the robot has announced, as the predictor assumes (Remark 1 of the paper).
+    A concerned person knows the motion that the robot has announced, as the predictor assumes (Remark 1 of the paper);
+    where `repulsion_weight` says so, they also keep away from where the others will be if they go on as they do.
     Arguments as for `Walker`.
     """
 
@@ -162,8 +163,9 @@ class ModelWalker(Walker):
         """(n,) weights of the actions in P_d (Eq. 5)."""
         model, path = self._perceived(around, error)
         values = action_values(
-            model, lattice.with_radius(0), self._aim(), path, int(self.awareness), around.time_step, free
-        ).ravel()
+            model, lattice.with_radius(0), self._aim(), path, int(self.awareness), around.time_step, free,
+            others_along(around, len(path)),
+        ).ravel()  # fmt: skip
         best = float(values.min())
         if not np.isfinite(best):
             return np.zeros_like(values)
@@ -214,3 +216,12 @@ def _reachable(free: BoolArray, multiples: IntArray) -> FloatArray:
     """(n,) 1 for actions whose next cell is free."""
     cells = multiples + free.shape[0] // 2
     return free[tuple(cells.T)].astype(np.float64)
+
+
+def others_along(around: Surroundings, instants: int) -> FloatArray:
+    """(P, instants, d) m, everybody else who is there, if each goes on at the present velocity."""
+    somebody_else = np.arange(len(around.others)) != around.index
+    present = np.isfinite(around.others).all(axis=1) & somebody_else
+    pace = np.nan_to_num(around.velocities[present])  # nobody knows the pace of somebody who has just appeared
+    time = around.time_step * np.arange(instants)[:, None]
+    return around.others[present][:, None] + time * pace[:, None]
