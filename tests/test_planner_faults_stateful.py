@@ -45,6 +45,7 @@ class Faults(RuleBasedStateMachine):
         self.people = {"a": (np.array([1.0, 1.0]), np.array([0.5, 0.0]))}
         self.seen_at = 0.0
         self.before = self.now()
+        self.call(self.now())  # time can only run backwards where it has been told
 
     def now(self):
         return [sidestep.PersonObservation(id=i, position=x, velocity=v) for i, (x, v) in self.people.items()]

@@ -273,7 +273,7 @@ def _goals(
     """Candidate goals and the prior over them (None: uniform)."""
     if observation.goal is not None and np.isfinite(observation.goal).all():
         return (PointGoal(observation.goal),), None
-    fitting = [g for g in model.goals if len(g) == observation.position.size]
+    fitting = [g for g in model.candidates if len(g) == observation.position.size]
     if fitting:
         return tuple(PointGoal(g) for g in fitting), None
     if state is None:

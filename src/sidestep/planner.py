@@ -14,6 +14,7 @@ import numpy as np
 
 from sidestep import minds
 from sidestep.errors import InvalidInput, UnknownName
+from sidestep.exits import exits
 from sidestep.forecast import person_plan
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
@@ -59,7 +60,7 @@ class Planner:
         **changes: Any,
     ) -> None:
         self.robot = robot
-        self.human = HumanModel() if human is None else human
+        self.human = _placed(HumanModel() if human is None else human, obstacles)
         self.obstacles = obstacles
         self.settings = _settled(settings, changes)
         self._workspace = Workspace()
@@ -243,6 +244,16 @@ class Planner:
             reason=reason,
             duration=perf_counter() - started,
         )
+
+
+def _placed(human: HumanModel, obstacles: Obstacles | None) -> HumanModel:
+    """`human` with the exits of the map as candidate goals, where it asks for them."""
+    if human.goals != "exits":
+        return human
+    ways = () if obstacles is None else exits(obstacles, human.radius)
+    if not ways:
+        _log.warning('human.goals = "exits": the map has no exits; directions are inferred instead')
+    return replace(human, goals=ways)
 
 
 def _settled(settings: PlannerSettings | None, changes: dict[str, Any]) -> PlannerSettings:

@@ -41,7 +41,8 @@ class HumanModel:
         switch_rate: 1/s, rate at which β changes; 0 is the paper.
         measurement_noise: m, standard deviation of a measured position, where the observation brings none.
         action_noise: m/s, how far a real velocity strays from the nearest action; 0 is the paper.
-        goals: candidate goals, each (d,) m; used where an observation brings none.
+        goals: candidate goals, each (d,) m; used where an observation brings none. "exits": the openings of the
+            planner's own map (`sidestep.exits`); without any, as with no candidates, directions are inferred.
         radius: m, of the person's body.
         motion_filter: filter measured positions and learn habits (the next two fields need it); off in the paper.
         steadiness: learn online how steadily each person walks, and spread the prediction accordingly.
@@ -70,7 +71,7 @@ class HumanModel:
     switch_rate: float = 0.05
     measurement_noise: float = 0.03
     action_noise: float = 0.15
-    goals: tuple[tuple[float, ...], ...] = ()
+    goals: tuple[tuple[float, ...], ...] | Literal["exits"] = ()
     radius: float = 0.3
     motion_filter: bool = True
     steadiness: bool = True
@@ -78,6 +79,11 @@ class HumanModel:
     habits: HabitSettings = field(default_factory=HabitSettings)
 
     __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
+
+    @property
+    def candidates(self) -> tuple[tuple[float, ...], ...]:
+        """Candidate goals that are places already, each (d,) m."""
+        return () if isinstance(self.goals, str) else self.goals
 
     def __post_init__(self) -> None:
         _positive("walking_speed", self.walking_speed)

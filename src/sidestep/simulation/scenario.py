@@ -170,7 +170,7 @@ def _points(scenario: Scenario) -> Iterator[tuple[str, Point]]:
         for j, change in enumerate(person.goal_changes):
             if not isinstance(change.goal, str):
                 yield f"people.{i}.goal_changes.{j}.goal", change.goal
-    for i, goal in enumerate(scenario.human.goals):
+    for i, goal in enumerate(scenario.human.candidates):
         yield f"human.goals.{i}", goal
 
 
