@@ -118,6 +118,10 @@ class Eyes:
     def __init__(self) -> None:
         self.shown: list[Any] = []
         self.cleared = 0
+        self.maps: list[Any] = []
+
+    def map(self, grid: Any) -> None:
+        self.maps.append(grid)
 
     def scan(self, scan: Any, pose: Any, time: float) -> None:
         self.shown.append((scan, pose, time))

@@ -252,6 +252,7 @@ def test_a_map_reaches_the_planner_in_the_planning_frame():
     assert grid is not None
     assert grid.origin.x == 1.5
     assert grid.frame == "map"
+    assert robot.eyes.maps == [grid]
 
 
 def test_messages_that_cannot_be_used_are_counted_and_do_not_feed_the_watchdog():

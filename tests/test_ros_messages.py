@@ -170,6 +170,7 @@ def test_a_map_has_rows_along_y_and_a_turned_origin():
     )
     assert strict is not None
     assert strict.occupied[0, 2]
+    assert strict.as_seen.occupied.tolist() == grid.occupied.tolist()
 
 
 def test_a_map_whose_size_lies_is_refused():

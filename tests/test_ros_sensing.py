@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from ros_stand_ins import namespace_pose
+from sidestep.ros.assembly import sensing_of
 from sidestep.ros.geometry import Pose2
-from sidestep.ros.messages import LaserScan, People
+from sidestep.ros.messages import LaserScan, People, read_map
 from sidestep.ros.sensing import MeasuredPeople, ScannedPeople
+from sidestep.ros.settings import NodeSettings
 from sidestep.simulation.gait import Gait
 from sidestep.simulation.lidar import Scanner
 from sidestep.simulation.scene import Scene, rectangle
@@ -85,21 +90,71 @@ def test_nothing_is_kept_of_people_who_came_and_went():
     assert len(eyes.now(time)) == 1
 
 
-def test_legs_in_scans_become_a_person_seen_from_a_moving_robot():
+def looked_around(eyes: ScannedPeople, *, posts=(), walker: bool = True):
+    """A robot drives past somebody who walks along x = 2.5 m, and past `posts`; where the walker ends, and the time."""
     scanner, generator, gait = Scanner(), np.random.default_rng(5), Gait()
-    room = Scene(polygons=(rectangle((0.0, 0.0), (12.0, 12.0)),), cylinders=np.zeros((0, 3)))
-    eyes, phase = ScannedPeople(), 0.0
+    cylinders = np.array([(x, y, 0.05) for x, y in posts]).reshape(-1, 3)
+    room = Scene(polygons=(rectangle((0.0, 0.0), (12.0, 12.0)),), cylinders=cylinders)
+    phase = 0.0
     for k in range(30):
         time = 0.1 * k
         person = np.array([2.5, -1.5 + time])
         phase = gait.advance(phase, 1.0, 0.1)
-        legs = gait.legs(person, np.array([0.0, 1.0]), np.pi / 2, phase)
+        legs = gait.legs(person, np.array([0.0, 1.0]), np.pi / 2, phase) if walker else np.zeros((0, 3))
         pose = Pose2(0.3 * time, 0.0, 0.0)
         scan, _ = scanner.sense(room, legs, np.array([pose.x, 0, 0]), np.array([0.3, 0, 0]), time, generator)
         eyes.scan(LaserScan(time=time, frame="laser", beams=scan.beams, ranges=scan.ranges), pose, time)
+    return person, time
+
+
+def test_legs_in_scans_become_a_person_seen_from_a_moving_robot():
+    eyes = ScannedPeople()
+    person, time = looked_around(eyes)
     found = eyes.now(time)
     assert len(found) == 1
     assert found[0].position == pytest.approx(person, abs=0.25)
     assert found[0].velocity == pytest.approx([0.0, 1.0], abs=0.4)
     eyes.clear()
     assert eyes.now(time) == []
+
+
+SETTINGS = NodeSettings.model_validate({"node": {"people_from": "scan"}})
+
+
+def map_of(value: int, where=(slice(None), slice(None)), *, settings=SETTINGS):
+    """A map of 12 m by 12 m around the origin, free but for the cells `where`."""
+    data = np.zeros((120, 120), dtype=np.int16)
+    data[where] = value
+    info = SimpleNamespace(height=120, width=120, resolution=0.1, origin=namespace_pose(-6.0, -6.0))
+    message = SimpleNamespace(header=SimpleNamespace(frame_id="odom"), info=info, data=data.ravel())
+    return read_map(message, unknown_is_free=settings.node.unknown_is_free)
+
+
+def test_what_stands_on_the_map_is_nobodys_legs():
+    """Two posts as far apart as feet: a person to a scanner that knows no map. Who walks past is seen all the same."""
+    posts = [(1.6, 1.0), (1.6, 1.3)]
+    bare, told, walled = ScannedPeople(), sensing_of(SETTINGS), sensing_of(with_walls())
+    told.map(map_of(100, (slice(69, 74), slice(74, 78))))
+    for eyes, expected in ((bare, 2), (told, 1), (walled, 1)):
+        _, time = looked_around(eyes, posts=posts)
+        assert len(eyes.now(time)) == expected
+
+
+def with_walls(**node):
+    """Settings whose walls, not a map, hold the two posts."""
+    corners = [[1.5, 0.9], [1.7, 0.9], [1.7, 1.4], [1.5, 1.4]]
+    return NodeSettings.model_validate({"walls": [corners], "node": {"people_from": "scan"} | node})
+
+
+def test_a_map_can_be_kept_from_the_scans_and_what_nobody_has_seen_hides_nobody():
+    strict = NodeSettings.model_validate({"node": {"people_from": "scan", "unknown_is_free": False}})
+    for settings, value, expected in ((SETTINGS, 100, 0), (strict, -1, 1), (apart(), 100, 1)):
+        eyes = sensing_of(settings)
+        eyes.map(map_of(value, settings=settings))
+        _, time = looked_around(eyes)
+        assert len(eyes.now(time)) == expected
+
+
+def apart():
+    """Settings that keep the map from the scans."""
+    return NodeSettings.model_validate({"node": {"people_from": "scan", "map_for_scans": False}})

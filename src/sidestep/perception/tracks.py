@@ -80,7 +80,8 @@ class Tracker:
     Args:
         classifier: of what is seen; None: the one that comes with the package.
         settings: how to judge; None: the defaults.
-        walls: a map in the fixed frame: furniture that is on it is nobody's leg. None: there is no map.
+        walls: a map in the fixed frame: furniture that is on it is nobody's leg. None: there is no map. May be set
+            between two scans.
     """
 
     def __init__(
@@ -92,7 +93,7 @@ class Tracker:
     ) -> None:
         self.settings = TrackerSettings() if settings is None else settings
         self._classifier = load_classifier() if classifier is None else classifier
-        self._walls = walls
+        self.walls = walls
         self.reset()
 
     def reset(self) -> None:
@@ -123,8 +124,8 @@ class Tracker:
         evidence = np.clip(legs.leg, -_CAP, _CAP)
         if fixed:
             evidence -= self.settings.still_weight * self.clutter.standing(legs.positions)
-        if self._walls is not None and scan.pose is not None and len(legs):
-            evidence[~self._walls.free(legs.positions, self.settings.map_margin)] = -_CAP
+        if self.walls is not None and scan.pose is not None and len(legs):
+            evidence[~self.walls.free(legs.positions, self.settings.map_margin)] = -_CAP
         taken = assign_legs(self.tracks, legs, evidence)
         self._correct(legs, taken)
         self._judge(scan, evidence, taken, duration)
@@ -208,8 +209,8 @@ class Tracker:
         patience = np.where(tracks.person, s.patience, _TENTATIVE_PATIENCE)
         known = tracks.covariance[:, 0] < _LOST**2
         likely = np.hypot(*tracks.velocity.T) < _FASTEST
-        if self._walls is not None and scan.pose is not None and len(tracks):
-            likely &= self._walls.free(tracks.position)
+        if self.walls is not None and scan.pose is not None and len(tracks):
+            likely &= self.walls.free(tracks.position)
         tracks.keep((tracks.unseen < patience) & (tracks.score > _HOPELESS) & known & likely)
 
     def _begin(self, legs: LegCandidates, evidence: FloatArray, taken: IntArray) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -157,5 +158,6 @@ def walls_of(scenario: Scenario, grid: Map | None) -> Obstacles | None:
 def sensing_of(settings: NodeSettings) -> Sensing:
     """Return what turns messages into people."""
     if settings.node.people_from == "scan":
-        return ScannedPeople()
+        scenario = scenario_of(settings, np.zeros(2))
+        return ScannedPeople(partial(walls_of, scenario) if settings.node.map_for_scans else None)
     return MeasuredPeople(noise=settings.human.measurement_noise, memory=settings.planner.memory)

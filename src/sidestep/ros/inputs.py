@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +21,10 @@ from sidestep.types import Vector
 
 class Sensing(Protocol):
     """Who is there: remembers people between messages."""
+
+    def map(self, grid: Map) -> None:
+        """Take a map in the planning frame."""
+        ...
 
     def scan(self, scan: LaserScan, pose: Pose2, time: float) -> None:
         """Take a scan, measured at `time` (s) from `pose` in the planning frame."""
@@ -218,8 +222,8 @@ class Inputs:
             if isinstance(given, Target):
                 self._renew(goal=pose.apply(given.position), grid=self._task.map)
             else:
-                origin = pose.after(given.origin)
-                here = Map(frame=self._node.frame, origin=origin, resolution=given.resolution, occupied=given.occupied)
+                here = replace(given, frame=self._node.frame, origin=pose.after(given.origin))
+                self._sensing.map(here)
                 self._renew(goal=self._task.goal, grid=here)
 
     def _renew(self, *, goal: Vector | None, grid: Map | None) -> None:

@@ -7,7 +7,7 @@ in any way a driver can be wrong; a message that cannot be used gives None, neve
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -97,12 +97,19 @@ class Map:
         origin: pose of the corner of cell [0, 0].
         resolution: m per cell.
         occupied: (rows, columns), row 0 at the origin, rows along y.
+        walls: (rows, columns) what of it somebody has seen to be occupied; None: all of it.
     """
 
     frame: str
     origin: Pose2
     resolution: float
     occupied: BoolArray
+    walls: BoolArray | None = None
+
+    @property
+    def as_seen(self) -> Map:
+        """The map without cells that count as occupied only because nobody has seen them."""
+        return self if self.walls is None else replace(self, occupied=self.walls, walls=None)
 
 
 def seconds_of(stamp: Any) -> float:
@@ -195,10 +202,10 @@ def read_map(message: Any, *, unknown_is_free: bool = True) -> Map | None:
     origin, resolution = _pose(info.origin), float(info.resolution)
     if not (origin.finite and resolution > 0 and rows > 0 and columns > 0 and values.size == rows * columns):
         return None
-    occupied = values.reshape(rows, columns) >= OCCUPIED
-    if not unknown_is_free:
-        occupied |= values.reshape(rows, columns) < 0
-    return Map(frame=_name(message.header.frame_id), origin=origin, resolution=resolution, occupied=occupied)
+    walls = values.reshape(rows, columns) >= OCCUPIED
+    occupied = walls if unknown_is_free else walls | (values.reshape(rows, columns) < 0)
+    frame = _name(message.header.frame_id)
+    return Map(frame=frame, origin=origin, resolution=resolution, occupied=occupied, walls=walls)
 
 
 def read_transform(message: Any) -> Pose2 | None:

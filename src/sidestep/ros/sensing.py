@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from sidestep.human.observation import PersonObservation
+from sidestep.obstacles import Obstacles
 from sidestep.perception.scan import Scan
 from sidestep.perception.table import TrackTable
 from sidestep.perception.tracks import Tracker
 from sidestep.ros.geometry import Pose2
-from sidestep.ros.messages import LaserScan, People
+from sidestep.ros.messages import LaserScan, Map, People
 from sidestep.types import FloatArray, IntArray
 
 _AGILITY = 1.0  # m²/s³, how fast a walking velocity changes
@@ -22,10 +24,20 @@ _FARTHEST = 0.8  # m between where someone was expected and where they may be fo
 
 
 class ScannedPeople:
-    """People whose legs a scanner sees."""
+    """People whose legs a scanner sees.
 
-    def __init__(self) -> None:
-        self._tracker = Tracker()
+    Args:
+        walls_of: (map in the planning frame, or None) → walls, which are nobody's legs; None: no walls are known.
+    """
+
+    def __init__(self, walls_of: Callable[[Map | None], Obstacles | None] | None = None) -> None:
+        self._walls_of = walls_of
+        self._tracker = Tracker(walls=walls_of(None) if walls_of else None)
+
+    def map(self, grid: Map) -> None:
+        """Take a map in the planning frame; what nobody has seen of it hides nobody."""
+        if self._walls_of is not None:
+            self._tracker.walls = self._walls_of(grid.as_seen)
 
     def scan(self, scan: LaserScan, pose: Pose2, time: float) -> None:
         """Take a scan, measured at `time` (s) from `pose` in the planning frame."""
@@ -64,6 +76,9 @@ class MeasuredPeople:
         self._tracks = TrackTable()
         self._time = -math.inf
         self._names.clear()
+
+    def map(self, grid: Map) -> None:
+        """Whoever has measured people knows walls from legs."""
 
     def scan(self, scan: LaserScan, pose: Pose2, time: float) -> None:
         """Scans are not looked at here."""

@@ -77,6 +77,8 @@ class NodeParameters(Settings):
         control_rate: Hz of `cmd_vel`; planner_rate: Hz of planning.
         timeout: s without scan, odometry or people after which the robot stops.
         unknown_is_free: unknown cells of the map are free.
+        map_for_scans: what stands on the map, or within 0.1 m of its walls, is nobody's legs; switch it off where the
+            map may lie wrong.
         grid_resolution: m per cell, grid_size: m, of the predicted occupancy that is published around the robot.
         diagnostics_rate: Hz; picture_rate: Hz at most, of the predicted occupancy.
         remote: control from a second computer.
@@ -91,6 +93,7 @@ class NodeParameters(Settings):
     planner_rate: Positive = 5.0
     timeout: Positive = 0.5
     unknown_is_free: bool = True
+    map_for_scans: bool = True
     grid_resolution: Positive = 0.1
     grid_size: Positive = 8.0
     diagnostics_rate: Positive = 1.0
