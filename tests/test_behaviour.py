@@ -63,7 +63,7 @@ def actions_differed(scenario: Scenario, record: Record, plans: list[Path], clos
         pace = model.walking_speed * model.reach
         way = (goal - place[t]) / max(float(np.linalg.norm(goal - place[t])), 1e-9)
         lattice = frame_of(model, place[t], pace * way, step)
-        path = extended(plans[t], np.array(scenario.robot.goal), time_step=step, steps=2 * scenario.planner.horizon + 2)
+        path = extended(plans[t], np.array(scenario.robot.goal), steps=2 * scenario.planner.horizon + 2)
         best = [best_actions(model, lattice, PointGoal(goal), path, b, step).ravel() for b in (0, 1)]
         miss = action_velocities(model, lattice, step) - (place[t + 1] - place[t]) / step
         taken = int((miss**2).sum(axis=1).argmin())

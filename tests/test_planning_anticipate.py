@@ -23,7 +23,7 @@ def test_straight_from_the_goal_stands() -> None:
 def test_extended_keeps_the_path_and_ends_at_or_before_the_goal(steps: int, speed: float) -> None:
     goal = np.array([3.0, 0.0])
     path = straight(np.zeros(2), goal, speed=speed, time_step=0.5, steps=2)
-    grown = extended(path, goal, time_step=0.5, steps=steps)
+    grown = extended(path, goal, steps=steps)
     assert grown.shape == (steps + 1, 2)
     np.testing.assert_allclose(grown[: min(3, steps + 1)], path[: steps + 1])
     assert (grown[:, 0] <= 3.0 + 1e-9).all()

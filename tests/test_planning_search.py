@@ -228,7 +228,7 @@ def test_cells_rule_keeps_off_every_cell_above_the_threshold():
 
 
 def test_acceleration_limits_the_first_action():
-    given_ = problem(velocity=np.array([0.0, 0.5]), max_acceleration=0.8)
+    given_ = problem(velocity=np.array([0.0, 0.5]), max_acceleration=0.8, resolution=5)
     found = search(given_)
     first = (found.path[1] - found.path[0]) / 0.5
     assert np.linalg.norm(first - [0.0, 0.5]) <= given_.largest_change + 1e-9
@@ -315,7 +315,7 @@ def test_search_in_other_dimensions(d):
 
 
 def test_resolution_falls_with_the_horizon_and_taps_start_with_standing():
-    assert resolution(5, 2, "disc") == 5
+    assert resolution(5, 2, "disc") == 4
     assert resolution(50, 2, "box") < resolution(20, 2, "box")
     assert resolution(200, 3, "box") == 2
     for d in (1, 2, 3):

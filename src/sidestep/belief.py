@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sidestep._kernels.evidence import action_weights
 from sidestep.types import FloatArray, frozen_array
 
 _FLOOR = 1e-12  # keeps every hypothesis alive when millions of likelihoods have been multiplied
@@ -66,14 +67,10 @@ def action_likelihood(
     Returns:
         (G, 2), scaled so that the largest entry of the Gaussian factors is 1; all ones where nothing can be said.
     """
-    miss = displacement - elapsed * velocities  # (n, d) m
-    d = displacement.size
-    regular = covariance + np.eye(d) * (1e-9 + 1e-9 * float(np.trace(covariance)))
-    exponent = -0.5 * np.einsum("ni,ij,nj->n", miss, np.linalg.inv(regular), miss)
-    if not np.isfinite(exponent).all():
+    weights = action_weights(velocities, displacement, elapsed, covariance)
+    if weights.size == 0:
         return np.ones(probabilities.shape[:2])
-    gauss = np.exp(exponent - exponent.max())
-    likelihood = probabilities @ gauss
+    likelihood = probabilities @ weights
     return likelihood if float(likelihood.max()) > 0 else np.ones(probabilities.shape[:2])
 
 

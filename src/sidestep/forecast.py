@@ -109,7 +109,7 @@ def person_plan(subject: Subject, seen: Forecast) -> PersonPlan:
         foretell=lambda: subject.predicted(path, Workspace()).occupancy if known is None else known,
         collision_probability=np.zeros(seen.around.horizon) if prediction is None else prediction.contact,
         goals=dict(zip(map(_name, mind.goals), mind.belief.goals.tolist(), strict=True)),
-        randomness=subject.model.randomness,
+        randomness=subject.randomness,
         position=mind.position,
         velocity=mind.velocity,
         spread=None if spread is None else (spread[0], spread[1][::2]),

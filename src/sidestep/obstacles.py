@@ -71,6 +71,10 @@ class Obstacles:
         self.polygons = tuple(_polygon(p, i) for i, p in enumerate(polygons))
         self.grid = grid
 
+    def __bool__(self) -> bool:
+        """Whether there is any wall."""
+        return bool(self.polygons) or (self.grid is not None and bool(self.grid.occupied.any()))
+
     def distance(self, points: FloatArray | VectorLike) -> FloatArray:
         """Return (…,) m from `points` (…, d) m to the nearest wall: negative inside walls, inf without walls."""
         flat, shape = _flat(points)

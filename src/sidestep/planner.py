@@ -61,7 +61,7 @@ class Planner:
     ) -> None:
         self.robot = robot
         self.human = _placed(HumanModel() if human is None else human, obstacles)
-        self.obstacles = obstacles
+        self.obstacles = obstacles or None  # a map without walls is no map
         self.settings = _settled(settings, changes)
         self._workspace = Workspace()
         self._pace = Pace()

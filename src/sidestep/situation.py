@@ -75,7 +75,7 @@ class Situation:
 
     def foresee(self, path: Path) -> Forecast:
         """Return what everybody will do if the robot moves along `path` (N+1, d) m and then on to its goal."""
-        whole = extended(path, self.goal, time_step=self.settings.time_step, steps=self.steps)
+        whole = extended(path, self.goal, steps=self.steps)
         return foresee(self.everybody, whole, self.around, self.workspace, self.check)
 
     def problem_under(self, seen: Forecast) -> PlanningProblem:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from sidestep._kernels.risk_profile import blob_table, profiles
-from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
 from sidestep.minds import Mind
 from sidestep.obstacles import Obstacles
@@ -87,13 +86,13 @@ class Subject:
         mind = self.mind
         return frame_of(mind.model, mind.position, mind.heading_velocity, self.around.time_step)
 
-    @cached_property
-    def model(self) -> HumanModel:
-        """How the person decides, as random as they were found to be, or as is planned for at least."""
-        model = self.mind.model
-        if self.mind.habits is None or not model.online_randomness:
-            return model
-        return replace(model, randomness=max(self.mind.randomness, self.around.least_randomness))
+    @property
+    def randomness(self) -> float:
+        """ω, as it was found to be, or as is planned for at least."""
+        mind = self.mind
+        if mind.habits is None or not mind.model.online_randomness:
+            return mind.model.randomness
+        return max(mind.randomness, self.around.least_randomness)
 
     @cached_property
     def free(self) -> BoolArray | None:
@@ -140,7 +139,7 @@ class Subject:
     def predicted(self, path: Path, workspace: Workspace) -> Prediction:
         """Predict the person, the robot moving along `path` ((≥ N + M + 1, d) m)."""
         return predict(
-            model=self.model,
+            model=self.mind.model,
             lattice=self.lattice,
             goals=self.mind.goals,
             weights=self.mind.belief.weights,
@@ -149,6 +148,7 @@ class Subject:
             time_step=self.around.time_step,
             removal=self.removal,
             free=self.free,
+            randomness=self.randomness,
             midway=self.around.midway,
             workspace=workspace,
             others=self._others_along(len(path)),

@@ -115,6 +115,21 @@ def lay_out_squares(goal: FloatArray, weight: FloatArray, spacing: float, centre
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def lay_out_distances(
+    goal: FloatArray, weight: FloatArray, spacing: float, centre: int, dimension: int, table: Values
+) -> None:
+    """Distance to the goal from every cell, ‖θ1·(x − g)‖; arguments as above, `table` (rows, C)."""
+    rows = row_count(centre, dimension)
+    axes = np.zeros((3, table.shape[1]))
+    lay_out_squares(goal, weight * weight, spacing, centre, axes)
+    for row in range(table.shape[0]):
+        aside = axes[1, row % rows] if dimension > 1 else 0.0
+        aside += axes[0, row // rows] if dimension > 2 else 0.0
+        for c in range(table.shape[1]):
+            table[row, c] = np.sqrt(aside + axes[2, c])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def lay_out_actions(
     effort: FloatArray,
     pull: FloatArray,
@@ -126,7 +141,7 @@ def lay_out_actions(
     taps: FloatArray,
     mixture: FloatArray,
     tables: FloatArray,
-) -> float:
+) -> tuple[float, float]:
     """Cost of the components of all actions, and what is chosen where the goal is a direction and the way is clear.
 
     Args:
@@ -142,11 +157,12 @@ def lay_out_actions(
         tables: (3·T, C), written: probability of each component where nothing is in the way, the same in every cell.
 
     Returns:
-        by how much the best components are better than any other; 0 if they are not unique, or if not `mixing`.
+        by how much the best components are better than any other; 0 if they are not unique, or if not `mixing`; and
+        the cost of the cheapest component of every axis and action together.
     """
     steps, _, count = taps.shape
     reach, d = count // 2, effort.size
-    margin = np.inf if mixing else 0.0
+    margin, cheapest = np.inf if mixing else 0.0, 0.0
     for axis in range(3):
         a, best = axis - 3 + d, np.inf
         for u in range(count):
@@ -158,6 +174,8 @@ def lay_out_actions(
                     short = abs(intended[a] - (u - reach))
                     taps[j, axis, u] = effort[a] * ((u - reach) * speed) ** 2 + (steps - j) * pull[a] * short
             best = min(best, taps[0, axis, u])
+        for j in range(steps):
+            cheapest += taps[j, axis].min()
         limit, low, tied, total = best + tolerance * best + 1e-12, reach, 0, 0.0
         if a >= 0:
             low = min(int(np.floor(intended[a])) + reach, 2 * reach - 1)
@@ -182,7 +200,7 @@ def lay_out_actions(
             chosen = tables[row, 0] / total
             for c in range(tables.shape[1]):
                 tables[row, c] = chosen
-    return margin
+    return margin, cheapest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -9,7 +9,13 @@ from functools import lru_cache
 import numpy as np
 
 from sidestep._kernels.sweep import Values
-from sidestep._kernels.sweep_tables import danger_tables, lay_out_actions, lay_out_danger, lay_out_squares
+from sidestep._kernels.sweep_tables import (
+    danger_tables,
+    lay_out_actions,
+    lay_out_danger,
+    lay_out_distances,
+    lay_out_squares,
+)
 from sidestep.errors import InvalidInput
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal
 from sidestep.human.model import HumanModel
@@ -97,12 +103,14 @@ class ActionTerms:
         mixture: (3, T, T) what a chosen component stands for (identity but for a `DirectionGoal`, see `human.policy`).
         tables: (3·T, C) for a `DirectionGoal`, P_d per axis where nothing is in the way; else meaningless.
         margin: how much the best components of a `DirectionGoal` are better than any other; 0 if they are not unique.
+        cheapest: cost of the M cheapest actions.
     """
 
     taps: Values
     mixture: FloatArray
     tables: FloatArray
     margin: float
+    cheapest: float
 
 
 def action_terms(model: HumanModel, goal: Goal, grid: CostGrid, width: int) -> ActionTerms:
@@ -126,11 +134,13 @@ def action_terms(model: HumanModel, goal: Goal, grid: CostGrid, width: int) -> A
             pull = np.abs(intended) * weight * (grid.lattice.spacing / norm)
     taps = np.empty((grid.steps, 3, count))
     mixture, tables = np.empty((3, count, count)), np.empty((3 * count, width))
-    margin = lay_out_actions(
+    margin, cheapest = lay_out_actions(
         per_axis("human.effort_weight", model.effort_weight, d), pull, intended, grid.speed,
         direction and math.isinf(model.rationality), float(model.rationality), grid.tolerance, taps, mixture, tables,
     )  # fmt: skip
-    return ActionTerms(taps=taps.astype(grid.dtype, copy=False), mixture=mixture, tables=tables, margin=margin)
+    return ActionTerms(
+        taps=taps.astype(grid.dtype, copy=False), mixture=mixture, tables=tables, margin=margin, cheapest=cheapest
+    )
 
 
 def goal_terms(model: HumanModel, goal: Goal, grid: CostGrid, free: BoolArray | None = None) -> tuple[Values, Values]:
@@ -144,9 +154,8 @@ def goal_terms(model: HumanModel, goal: Goal, grid: CostGrid, free: BoolArray | 
         if model.goal_cost == "squared":
             lay_out_squares(to_goal, weight, spacing, centre, axes)  # ‖x − g‖²_θ1
         else:
-            lay_out_squares(to_goal, weight * weight, spacing, centre, axes)
-            table = np.sqrt(_outer_sum(axes[3 - d :], grid))  # θ1 ‖x − g‖
-            axes[:] = 0.0
+            table = np.empty(grid.shape)
+            lay_out_distances(to_goal, weight, spacing, centre, d, table)  # θ1 ‖x − g‖
     if free is not None:
         if table.size == 0:
             table = _outer_sum(axes[3 - d :], grid)

@@ -114,8 +114,7 @@ def policy_of(
     elif actions.margin > 0 and free is None:
         # Danger ≥ 0: the undisturbed choice costs at most the bound more, every other at least the margin more than
         # it did.
-        best = float(actions.taps.min(axis=2).sum())
-        differs = danger.bounds >= actions.margin - 10 * grid.tolerance * (best + actions.margin)
+        differs = danger.bounds >= actions.margin - 10 * grid.tolerance * (actions.cheapest + actions.margin)
     tables = _undisturbed_tables(model, goal, grid, actions, axes, table, radius)
     return GoalPolicy(
         grid=grid,
@@ -133,8 +132,7 @@ def _negligible(grid: CostGrid, actions: ActionTerms, axes: Values, table: Value
     """Danger on a whole walk that breaks no tie: a tenth of the width of one, of what a person at the anchor pays."""
     rows, columns = grid.shape
     here = float(axes[:, grid.centre].sum()) if table.size == 0 else float(table[rows // 2, columns // 2])
-    effort = float(actions.taps.min(axis=2).sum())
-    paid = effort + 0.5 * here * grid.steps if math.isfinite(here) else effort
+    paid = actions.cheapest + (0.5 * here * grid.steps if math.isfinite(here) else 0.0)
     return max(0.1 * grid.tolerance * paid, 1e-12)
 
 

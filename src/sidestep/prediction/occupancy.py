@@ -133,6 +133,7 @@ def predict(
     time_step: float,
     removal: Removal | None = None,
     free: BoolArray | None = None,
+    randomness: float | None = None,
     midway: bool = False,
     keep_hypotheses: bool = False,
     workspace: Workspace | None = None,
@@ -152,6 +153,7 @@ def predict(
         removal: first-passage removal along the robot's path, or None.
         free: (cells…) of a lattice of any radius around the same anchor: where a person may be; beyond it everywhere.
             An action is admissible if it ends in a free cell; a person with no admissible action stays.
+        randomness: ω; None: the model's.
         midway: also return the mass at mid-steps.
         keep_hypotheses: also return each hypothesis by itself (persistent awareness only).
         workspace: scratch to reuse.
@@ -165,8 +167,9 @@ def predict(
     if joint.shape != (len(goals), 2):
         raise InvalidInput("weights", joint.shape, f"({len(goals)}, 2)")
     scene = Scene.of(
-        model, lattice, goals, robot_path, horizon, time_step, removal, free, workspace or Workspace(), dtype, others
-    )
+        model, lattice, goals, robot_path, horizon, time_step, removal, free, workspace or Workspace(), dtype,
+        randomness, others,
+    )  # fmt: skip
     d, reach = lattice.dimension, model.reach
     rows, width = row_shape(2 * reach * horizon + 1, d)
     persistent = model.awareness_over_horizon == "persistent"

@@ -157,6 +157,7 @@ class Scene:
         free: BoolArray | None,
         space: Workspace,
         dtype: type[np.float32] | type[np.float64] | None,
+        randomness: float | None = None,
         others: FloatArray | None = None,
     ) -> Scene:
         """Lay out everything; arguments as for `predict`."""
@@ -181,7 +182,8 @@ class Scene:
         walls = embedded_free(free, grid)
         constants = space.constants(reach, horizon, d)
         policies = [policy_of(model, goal, grid, danger, walls, reach * (horizon - 1)) for goal in goals]
-        given = _conditions(model, grid, danger.path, horizon, removal, walls, constants)
+        random = model.randomness if randomness is None else randomness
+        given = _conditions(random, grid, danger.path, horizon, removal, walls, constants)
         return cls(policies, given, space, constants, horizon, lead)
 
     @property
@@ -281,7 +283,7 @@ class Scene:
 
 
 def _conditions(
-    model: HumanModel,
+    randomness: float,
     grid: CostGrid,
     path: FloatArray,
     horizon: int,
@@ -301,7 +303,7 @@ def _conditions(
     return Conditions(
         dimension=grid.dimension,
         reach=reach,
-        randomness=float(model.randomness),
+        randomness=float(randomness),
         uniform=constants.uniform if walls is None else constants.uniform[:0],
         admissible=constants.nobody if walls is None else admissible_actions(grid, walls, horizon),
         all_used=constants.all_used,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -196,7 +197,12 @@ class ModelWalker(Walker):
             return replace(model, danger_weight=weight, perception_noise=0.0), path
         sight = path - self._place
         distance = np.linalg.norm(sight, axis=1, keepdims=True)
-        return replace(model, perception_noise=0.0), path + epsilon * sight / np.maximum(distance, 1e-9)
+        return self._sharp_sighted, path + epsilon * sight / np.maximum(distance, 1e-9)
+
+    @cached_property
+    def _sharp_sighted(self) -> HumanModel:
+        """The model of someone whose error of perception is in the path already."""
+        return replace(self.model, perception_noise=0.0)
 
     def _aim(self) -> PointGoal | DirectionGoal | StandGoal:
         if self._way:

@@ -46,7 +46,7 @@ def replay(name: str, people: FloatArray, robot: FloatArray, human: HumanModel) 
     beliefs = [believed.concerned]
     for t in range(len(people) - 1):
         lattice = frame_of(model, people[t], None, STEP)
-        path = extended(robot[t : t + HORIZON + 1], np.array(ROBOT_GOAL), time_step=STEP, steps=2 * HORIZON + 1)
+        path = extended(robot[t : t + HORIZON + 1], np.array(ROBOT_GOAL), steps=2 * HORIZON + 1)
         p = first_action_probabilities(
             model=model, lattice=lattice, goals=[PointGoal(GOAL)], robot_path=path, horizon=HORIZON, time_step=STEP
         )
