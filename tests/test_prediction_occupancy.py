@@ -165,6 +165,15 @@ def test_results_are_read_only_and_arguments_are_checked() -> None:
         predicted(case, removal=Removal(distance=1.0, weights=np.ones(1), sigmas=np.ones((2, 1))))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_randomness_that_is_given_replaces_that_of_the_model(seed: int) -> None:
+    case = draw_encounter(seed, d=2, reach=2, steps=2, horizon=3, walls=False)
+    given_ = predicted(case, randomness=0.37)
+    own = predicted(replace(case, model=replace(case.model, randomness=0.37)))
+    np.testing.assert_array_equal(given_.occupancy.probability, own.occupancy.probability)
+    np.testing.assert_array_equal(given_.action_probabilities, own.action_probabilities)
+
+
 def test_a_workspace_changes_nothing_and_keeps_no_result() -> None:
     space = Workspace()
     cases = [draw_encounter(s, d=2, reach=2, steps=3, horizon=4 + s % 2, walls=True) for s in range(8)]

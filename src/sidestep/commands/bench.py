@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-import platform
 import subprocess
 import sys
 from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
+
+from sidestep.commands.provenance import machine
 
 if TYPE_CHECKING:
     from sidestep.studies.bench import Case
@@ -90,7 +91,7 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
         for n, ms in scipy.items()
     }
     return {
-        "machine": f"{_processor()}, {os.cpu_count()} cores, Python {platform.python_version()}",
+        "machine": machine(),
         "cases": [
             {"name": t.name, "median_ms": t.median, "p95_ms": t.p95, "target_ms": t.target, "promises": OURS_PROMISES}
             for t in timings
@@ -196,13 +197,3 @@ def _scipy_times(quick: bool) -> dict[int, float]:
 
 def _script(script: Path, n: int) -> str:
     return subprocess.run([sys.executable, str(script), str(n)], check=True, capture_output=True, text=True).stdout
-
-
-def _processor() -> str:
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    except OSError:
-        pass
-    return platform.processor() or platform.machine()

@@ -14,10 +14,15 @@ def provenance(command: str) -> dict[str, str]:
 
     return {
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-        "machine": f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}",
+        "machine": machine(),
         "version": sidestep.__version__,
         "command": command,
     }
+
+
+def machine() -> str:
+    """Return processor, cores, operating system and Python version in a line."""
+    return f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
 
 
 def _processor() -> str:

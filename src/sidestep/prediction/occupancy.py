@@ -184,7 +184,7 @@ def predict(
         if kept is None and (scene.unmoved(g) or not persistent):
             _push_together(scene, g, joint[g], results, first[g])
             continue
-        for beta in (0, 1):
+        for beta in (1, 0):  # what the concerned do is swept first; it covers what the others need
             target = results if kept is None else replace(results, occupancy=kept[g, beta])
             if persistent and joint[g, beta] > 0:
                 scene.push(g, float(joint[g, beta]), float(beta), target, first[g, beta])
@@ -217,13 +217,13 @@ def _push_together(scene: Scene, goal: int, weights: FloatArray, results: Result
     """Add both awarenesses at once: where they act alike, or where awareness is redrawn at every step (Eq. 7)."""
     total = float(weights.sum())
     alike = scene.unmoved(goal)
-    for beta in (0, 1):
-        if beta == 1 and alike:
-            first[1] = first[0]
-        else:
-            scene.first_actions(goal, float(beta), first[beta])
     if total > 0:
         scene.push(goal, total, 0.0 if alike else float(weights[1]) / total, results)
+    scene.first_actions(goal, 0.0, first[0])
+    if alike:
+        first[1] = first[0]
+    else:
+        scene.first_actions(goal, 1.0, first[1])
 
 
 def first_action_probabilities(

@@ -226,11 +226,10 @@ class Scene:
         )  # fmt: skip
 
     def _behave(self, goal: int, first: int, last: int, minding: bool) -> Behaviour:
-        """Sweep what is needed of one goal's policies first ≤ k < last, unless it was the last thing swept."""
-        wanted = (goal, first, last, minding)
-        if self._behaviour is None or self._swept != wanted:
+        """Sweep what is needed of one goal's policies first ≤ k < last, unless the last thing swept covers it."""
+        if self._behaviour is None or not self._covered(goal, first, last, minding):
             policy = self._policies[goal]
-            self._swept = wanted
+            self._swept = (goal, first, last, minding)
             self._behaviour = Behaviour(
                 policy.actions.mixture,
                 policy.tables,
@@ -240,6 +239,12 @@ class Scene:
                 policy.differs,
             )
         return self._behaviour
+
+    def _covered(self, goal: int, first: int, last: int, minding: bool) -> bool:
+        if self._swept is None:
+            return False
+        known, begin, end, heeded = self._swept
+        return goal == known and begin <= first and last <= end and heeded >= minding
 
     def _concerned(self, policy: GoalPolicy, first: int, last: int) -> Choices:
         if not policy.differs[first:last].any():
