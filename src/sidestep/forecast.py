@@ -17,6 +17,8 @@ from sidestep.prediction.occupancy import Prediction, Workspace
 from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
 from sidestep.types import FloatArray, Path
 
+_SAME = 1e-6  # m; motions closer than this induce the same prediction
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Forecast:
@@ -33,6 +35,10 @@ class Forecast:
     around: Circumstances
     everybody: tuple[Subject, ...]
     predictions: Mapping[str, Prediction]
+
+    def foretells(self, path: Path) -> bool:
+        """Whether this is what people will do if the robot moves along `path` (N+1, d) m."""
+        return bool(np.abs(self.path[: len(path)] - path).max() < _SAME)
 
     @cached_property
     def near(self) -> tuple[Subject, ...]:

@@ -19,8 +19,6 @@ from sidestep.planning.search import search
 from sidestep.situation import Situation
 from sidestep.types import FloatArray, Path, Status
 
-_SAME = 1e-6  # m; motions closer than this induce the same prediction
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
@@ -57,7 +55,7 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
     made = 1
     best: Outcome | None = None
     for path in now.wished():
-        outcome = judged(now, path, seen)
+        outcome = judged(now, path, seen if seen.foretells(path) else None)
         made += outcome.rounds
         if outcome.status == "certified":
             return replace(outcome, rounds=made)
@@ -65,17 +63,18 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
         path = _motion(now, now.problem_under(seen))
         if path is None:
             break
-        best = judged(now, path, seen)
+        known = seen if seen.foretells(path) else None
+        del seen, best  # what is no longer needed goes before as much is made anew; at N = 50 that is 40 MB
+        best = judged(now, path, known)
         seen, made = best.foreseen, made + best.rounds
         if best.status == "certified":
             return replace(best, rounds=made)
     return replace(_least_risk(now, seen, best), rounds=made)
 
 
-def judged(now: Situation, path: Path, seen: Forecast) -> Outcome:
-    """Judge a path under the prediction that it induces; `seen` is used where it was made for the same path."""
-    same = np.abs(seen.path[: len(path)] - path).max() < _SAME
-    after = seen if same else now.foresee(path)
+def judged(now: Situation, path: Path, known: Forecast | None) -> Outcome:
+    """Judge a path under the prediction that it induces: `known`, or where that is None one that is made."""
+    after = now.foresee(path) if known is None else known
     problem = now.problem_under(after)
     risk = problem.risk_along(path)
     return Outcome(
@@ -84,7 +83,7 @@ def judged(now: Situation, path: Path, seen: Forecast) -> Outcome:
         risk=risk,
         cost=problem.cost(path, risk),
         foreseen=after,
-        rounds=0 if same else 1,
+        rounds=1 if known is None else 0,
     )
 
 
@@ -101,10 +100,11 @@ def _least_risk(now: Situation, seen: Forecast, best: Outcome | None) -> Outcome
     graded = _motion(now, replace(now.problem_under(seen), graded=True))
     outcomes = [] if best is None else [best]
     if graded is not None:
-        outcomes.append(judged(now, graded, seen))
+        outcomes.append(judged(now, graded, seen if seen.foretells(graded) else None))
         if outcomes[-1].status == "certified":
             return outcomes[-1]
-    outcomes.append(judged(now, now.standing(), seen))
+    standing = now.standing()
+    outcomes.append(judged(now, standing, seen if seen.foretells(standing) else None))
     return min(outcomes, key=lambda outcome: _price(now, outcome))
 
 
