@@ -7,9 +7,13 @@ import pytest
 
 from made_scans import Film, line, room
 from sidestep.cli import BAD_INPUT, execute
-from sidestep.io.scans import write_scan_recording
-from sidestep.perception.scan import Annotations, ScanRecording
-from sidestep.simulation.lidar import RPLIDAR_A2M8
+from sidestep.commands import lab_tracker
+from sidestep.io.scans import read_scan_recording, write_scan_recording
+from sidestep.perception.classifier import load_classifier
+from sidestep.perception.scan import Annotations, LegLabels, ScanRecording
+from sidestep.simulation.gait import Gait
+from sidestep.simulation.lidar import RPLIDAR_A2M8, Scanner
+from sidestep.studies.leg_training import recorded_samples, simulated_samples
 
 
 @pytest.fixture
@@ -74,6 +78,65 @@ def test_a_classifier_of_another_kind_is_refused(recording, tmp_path, capsys):
     np.savez(tmp_path / "other.npz", base=np.zeros(3))
     assert execute(["lab", "--score", str(recording), "--classifier", str(tmp_path / "other.npz")]) == BAD_INPUT
     assert "other.npz" in capsys.readouterr().err
+
+
+def labelled_walk(path, seed):
+    """Twenty labelled scans of two people who walk about a room."""
+    rng, scanner = np.random.default_rng(seed), Scanner()
+    gaits, scans, hits = [Gait.random(rng), Gait.random(rng)], [], []
+    for k in range(20):
+        time, phase = 0.1 * k, 0.7 * k
+        legs = [g.legs(np.array([1.5 * s, s * (time - 1.0)]), np.array([0.0, s]), s * np.pi / 2, phase)
+                for g, s in zip(gaits, (1.0, -1.0), strict=True)]  # fmt: skip
+        scan, hit = scanner.sense(room(), np.concatenate(legs), np.zeros(3), np.zeros(3), time, rng)
+        scans.append(scan)
+        hits.append(np.maximum(hit, 0))
+    return write_recording(path, scans, LegLabels(scans=np.arange(20), beams=np.array(hits)))
+
+
+def empty_walk(path):
+    """Ten scans of a room with nobody in it."""
+    film = Film(room(), [])
+    return write_recording(path, [film.next() for _ in range(10)], None)
+
+
+def write_recording(path, scans, legs):
+    """Write scans of one scanner, and return how many beams were labelled."""
+    ranges, times = np.array([s.ranges for s in scans]), np.array([s.time for s in scans])
+    write_scan_recording(ScanRecording(name=path.stem, beams=RPLIDAR_A2M8, times=times, ranges=ranges, legs=legs), path)
+    return 0 if legs is None else int((legs.beams > 0).sum())
+
+
+@pytest.mark.slow
+def test_training_with_labelled_recordings_leaves_a_classifier_that_scores(recording, tmp_path, capsys, monkeypatch):
+    """From the files to a classifier that the tracker works with; its clusters are those of simulation and files."""
+    pytest.importorskip("sklearn")
+    monkeypatch.setattr(lab_tracker, "TRAINING_SCANS", 120)
+    monkeypatch.setattr(lab_tracker, "TEST_SCANS", 40)
+    files = [tmp_path / name for name in ("one.npz", "two.npz", "empty.npz")]
+    assert labelled_walk(files[0], 0) > 100
+    labelled_walk(files[1], 1)
+    empty_walk(files[2])
+    names = [str(file) for file in files]
+    trees = tmp_path / "legs.npz"
+    assert execute(["lab", "--train", str(trees), "--labelled", *names, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["recordings"] == names
+    simulated = len(simulated_samples(np.random.default_rng(0), scans=120)[1])
+    assert found["clusters"] == simulated + len(recorded_samples([read_scan_recording(file) for file in files])[1])
+    assert found["held_out"]["leg"]["leg"] > 0.6
+    assert execute(["lab", "--score", str(recording), "--classifier", str(trees), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["recall"] > 0.5
+
+
+def test_labels_name_legs_and_what_bears_two_is_both(tmp_path):
+    path = tmp_path / "one.npz"
+    labelled_walk(path, 0)
+    features, classes = recorded_samples([read_scan_recording(path)])
+    assert set(classes.tolist()) <= {1, 2}
+    assert len(features) == len(classes) >= 40
+    judged = load_classifier().probabilities(features)
+    assert np.mean(np.argmax(judged, axis=1) > 0) > 0.8
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ def lab(
     out: Path = Path("runs/lab"),
     score: Path | None = None,
     train: Path | None = None,
-    labelled: Annotated[tuple[Path, ...], Parameter(negative="")] = (),
+    labelled: Annotated[tuple[Path, ...], Parameter(negative="", consume_multiple=True)] = (),
     classifier: Path | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:

@@ -44,8 +44,8 @@ def simulated_samples(generator: np.random.Generator, *, scans: int) -> tuple[Fl
 def recorded_samples(recordings: Sequence[ScanRecording]) -> tuple[FloatArray, IntArray]:
     """Return features (S, F) and classes (S,) from recordings.
 
-    Labelled legs are positive (both legs where a cluster is wider than one). What is not labelled is unknown, and left
-    out, except in recordings without any labels: these are taken to show nobody.
+    Labelled legs are positive (both legs where a cluster is wider than one, or bears two labels). What is not labelled
+    is unknown, and left out, except in recordings without any labels: these are taken to show nobody.
     """
     features: list[FloatArray] = []
     classes: list[IntArray] = []
@@ -58,9 +58,9 @@ def recorded_samples(recordings: Sequence[ScanRecording]) -> tuple[FloatArray, I
                 classes.append(np.zeros(len(clusters), dtype=np.int64))
                 continue
             marked = _classes(recording.legs.beams[row][clusters.beam], clusters.start)
-            wide = clusters.feature("width") > 0.24
+            both = (clusters.feature("width") > 0.24) | (marked == 2)
             features.append(clusters.features[marked > 0])
-            classes.append(np.where(wide, 2, 1)[marked > 0])
+            classes.append(np.where(both, 2, 1)[marked > 0])
     if not features:
         raise InvalidInput("train", "no recordings", "at least one labelled recording")
     return np.concatenate(features), np.concatenate(classes)
