@@ -227,8 +227,10 @@ def test_blocks_of_a_prediction_are_its_steps_and_mid_steps(d, midway):
         steps = prediction.occupancy.probability
         plain = PersonMass.of(lattice=prediction.occupancy.lattice, steps=steps, midway=prediction.midway, reach=1)
         assert len(prediction.midway) == (3 if midway else 0)
-        for name in ("flat", "offsets", "radii"):
-            np.testing.assert_array_equal(getattr(found, name), getattr(plain, name))
+        np.testing.assert_array_equal(found.flat, plain.flat)
+        np.testing.assert_array_equal(found.offsets, plain.offsets)
+        filled = np.diff(plain.offsets) > 0
+        np.testing.assert_array_equal(found.radii[filled], plain.radii[filled])
 
 
 def test_mass_from_steps_drops_empty_margins():

@@ -71,7 +71,7 @@ class Prediction:
         action_probabilities: (G, 2, n) P(u | x_0; goal, β) at the first instant (Eq. 4), [:, 1] concerned.
         velocities: (n, d) m/s of these actions in the world frame.
         contact: (N,) P(first contact at k = 1..N) along the robot's path; zeros without removal.
-        blocks: mass at half instants 0, 1, … 2N, flat, each on its own box; empty without mid-steps.
+        blocks: mass at half instants 0, 1, … 2N, flat, each on its own box; those of mid-steps may be empty.
         offsets: (2N+2,) where the blocks begin; radii: (2N+1,) cells from the anchor to their faces.
         hypotheses: (G, 2, N+1, cells…) mass of each hypothesis, weight included; None if not asked for, or if
             awareness is resampled.
@@ -89,7 +89,7 @@ class Prediction:
     @cached_property
     def midway(self) -> tuple[FloatArray, ...]:
         """N arrays, mass at k + ½ on `midway_lattice(k)`; empty if not asked for."""
-        steps = len(self.occupancy) - 1 if self.blocks.size else 0
+        steps = len(self.occupancy) - 1 if self.offsets[2] > self.offsets[1] else 0
         parts = [self.blocks[self.offsets[2 * k + 1] : self.offsets[2 * k + 2]] for k in range(steps)]
         return tuple(_read_only(part.reshape(self.midway_lattice(k).shape)) for k, part in enumerate(parts))
 
@@ -173,10 +173,12 @@ def predict(
     d, reach = lattice.dimension, model.reach
     rows, width = row_shape(2 * reach * horizon + 1, d)
     persistent = model.awareness_over_horizon == "persistent"
+    offsets = scene.offsets(midway)
+    blocks = np.zeros(int(offsets[-1]))
     results = Results(
         occupancy=np.zeros(((horizon + 1) * rows, width)),
         contact=np.zeros(horizon),
-        blocks=np.zeros(int(scene.given.offsets[-1]) if midway else 0),
+        midway=blocks if midway else blocks[:0],
     )
     kept = np.zeros((len(goals), 2, (horizon + 1) * rows, width)) if keep_hypotheses and persistent else None
     first = np.empty((len(goals), 2, (2 * reach + 1) ** d))
@@ -193,10 +195,7 @@ def predict(
     if kept is not None:
         results.occupancy[:] = kept.sum(axis=(0, 1))
     cells = (horizon + 1, *(width,) * d)
-    if midway:
-        put_steps(
-            results.occupancy.reshape(horizon + 1, rows, width), d, scene.given.offsets, scene.radii, results.blocks
-        )
+    put_steps(results.occupancy.reshape(horizon + 1, rows, width), d, offsets, scene.radii, blocks)
     return Prediction(
         occupancy=Occupancy(
             lattice=lattice.with_radius(reach * horizon),
@@ -206,8 +205,8 @@ def predict(
         action_probabilities=_read_only(first),
         velocities=_read_only(action_velocities(model, lattice, time_step)),
         contact=_read_only(results.contact),
-        blocks=_read_only(results.blocks),
-        offsets=scene.given.offsets,
+        blocks=_read_only(blocks),
+        offsets=offsets,
         radii=scene.radii,
         hypotheses=None if kept is None else _read_only(kept.reshape(len(goals), 2, *cells)),
     )

@@ -84,12 +84,9 @@ class PersonMass:
         profile: tuple[FloatArray, FloatArray] | None = None,
     ) -> PersonMass:
         """Collect the mass of a `Prediction`; `weights` (C,), `sigmas` (2N+1, C) m and `profile` as for the class."""
-        lattice, steps = prediction.occupancy.lattice, prediction.occupancy.probability
-        if prediction.blocks.size == 0:
-            reach = lattice.radius // max(1, len(steps) - 1)
-            return cls.of(lattice=lattice, steps=steps, reach=reach, weights=weights, sigmas=sigmas, profile=profile)
         return cls(
-            lattice=lattice, flat=prediction.blocks, offsets=prediction.offsets, radii=prediction.radii,
+            lattice=prediction.occupancy.lattice,
+            flat=prediction.blocks, offsets=prediction.offsets, radii=prediction.radii,
             weights=weights, sigmas=sigmas, profile=profile,
         )  # fmt: skip
 

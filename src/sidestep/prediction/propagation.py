@@ -58,7 +58,7 @@ class Results:
 
     occupancy: FloatArray
     contact: FloatArray
-    blocks: FloatArray
+    midway: FloatArray
 
 
 class Workspace:
@@ -90,7 +90,8 @@ class Workspace:
 class Constants:
     """What depends on sizes alone: scratch (the field of masses, its lines, contact shares) and constants.
 
-    The mass at half instants 0..2N makes up blocks, flat, of `radii` cells from the anchor; they begin at `offsets`.
+    The mass at half instants 0..2N makes up blocks, flat, of `radii` cells from the anchor; they begin at `offsets`,
+    or at `step_offsets` where those of mid-steps are empty.
     """
 
     field: FloatArray
@@ -100,6 +101,7 @@ class Constants:
     same: FloatArray
     shares: FloatArray
     offsets: IntArray
+    step_offsets: IntArray
     radii: IntArray
     nobody: Choices
 
@@ -109,6 +111,7 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
     half_rows = 2 * row_shape(4 * reach * horizon - 2 * reach + 1, dimension)[0]
     count = 2 * reach + 1
     radii = [reach * (b if b % 2 else b // 2) for b in range(2 * horizon + 1)]
+    sizes = [(2 * r + 1) ** dimension for r in radii]
     return Constants(
         field=np.zeros((4 * rows + half_rows, columns + 1)),
         lines=np.zeros((4, columns + 1)),
@@ -116,7 +119,8 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
         all_used=np.ones(3 * count),
         same=np.repeat(np.eye(count)[None], 3, axis=0),
         shares=np.empty(sum((2 * reach * k + 1) ** dimension for k in range(1, horizon + 1))),
-        offsets=np.cumsum(np.array([0, *((2 * r + 1) ** dimension for r in radii)]), dtype=np.int64),
+        offsets=np.cumsum(np.array([0, *sizes]), dtype=np.int64),
+        step_offsets=np.cumsum(np.array([0, *(0 if b % 2 else size for b, size in enumerate(sizes))]), dtype=np.int64),
         radii=np.array(radii, dtype=np.int64),
         nobody=boxes([0] * horizon, dimension, words_of(reach, dimension), 0),
     )
@@ -186,6 +190,10 @@ class Scene:
         given = _conditions(random, grid, danger.path, horizon, removal, walls, constants)
         return cls(policies, given, space, constants, horizon, lead)
 
+    def offsets(self, midway: bool) -> IntArray:
+        """(2N+2,) where the blocks at half instants begin; those of mid-steps are empty unless `midway`."""
+        return self._constants.offsets if midway else self._constants.step_offsets
+
     @property
     def radii(self) -> IntArray:
         """(2N+1,) cells from the anchor to the faces of each block."""
@@ -205,7 +213,7 @@ class Scene:
 
     def first_actions(self, goal: int, beta: float, actions: FloatArray) -> None:
         """Write P(u | x; goal, β) at the anchor now into `actions` (n,)."""
-        nowhere = Results(occupancy=np.zeros((0, 0)), contact=np.zeros(1), blocks=np.zeros(0))
+        nowhere = Results(occupancy=np.zeros((0, 0)), contact=np.zeros(1), midway=np.zeros(0))
         self._propagate(goal, 0, 1, False, 1.0, beta, nowhere, actions)
 
     def _propagate(
@@ -221,7 +229,7 @@ class Scene:
     ) -> bool:
         return propagate(
             self._behave(goal, first, last, concerned > 0), self.given, first, last, touched, weight, concerned,
-            self._constants.field, self._constants.lines, results.occupancy, results.contact, results.blocks,
+            self._constants.field, self._constants.lines, results.occupancy, results.contact, results.midway,
             np.zeros(0) if actions is None else actions,
         )  # fmt: skip
 
