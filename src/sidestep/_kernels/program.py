@@ -97,16 +97,29 @@ def _chords(move: FloatArray, length: float, normals: FloatArray) -> float:
             normals[m, 0] = c * forward[0] - s * forward[1]
             normals[m, 1] = c * forward[1] + s * forward[0]
         return length * math.cos(0.5 * CHORD_ANGLE)
-    other = np.zeros(3)
+    other, side, up = np.zeros(3), np.zeros(3), np.zeros(3)
     other[2 if abs(forward[2]) < 0.9 else 0] = 1.0
-    side = np.cross(forward, other)
-    side /= math.sqrt((side * side).sum())
-    up = np.cross(forward, side)
+    size = _across(forward, other, side)
+    for a in range(3):
+        side[a] /= size
+    _across(forward, side, up)
     for m in range(CHORDS):
         angle = 0.5 * math.pi * m + 0.25 * math.pi
-        tilt = math.cos(angle) * side + math.sin(angle) * up
-        normals[m] = math.cos(0.5 * CHORD_ANGLE) * forward + math.sin(0.5 * CHORD_ANGLE) * tilt
+        for a in range(3):
+            tilt = math.cos(angle) * side[a] + math.sin(angle) * up[a]
+            normals[m, a] = math.cos(0.5 * CHORD_ANGLE) * forward[a] + math.sin(0.5 * CHORD_ANGLE) * tilt
     return length * math.cos(0.5 * CHORD_ANGLE)
+
+
+@njit(cache=True)
+def _across(a: FloatArray, b: FloatArray, out: FloatArray) -> float:
+    """Write a × b (3,) and return its length; NumPy's own takes 5 s to compile."""
+    total = 0.0
+    for n in range(3):
+        m, k = (n + 1) % 3, (n + 2) % 3
+        out[n] = a[m] * b[k] - a[k] * b[m]
+        total += out[n] * out[n]
+    return math.sqrt(total)
 
 
 @njit(cache=True)
