@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sidestep import belief as bayes
 from sidestep import minds
 from sidestep.human.actions import ActionSet
 from sidestep.human.goals import DirectionGoal, PointGoal, StandGoal
@@ -89,6 +92,28 @@ def test_goals_are_given_listed_or_directions() -> None:
     assert len(minds.meet(stranger, listed, 0.0).goals) == 3
     kinds = [type(g) for g in minds.meet(stranger, HumanModel(), 0.0).goals]
     assert kinds == [DirectionGoal, DirectionGoal, StandGoal]
+
+
+def test_other_candidate_goals_leave_awareness_and_habits_as_they_are_known() -> None:
+    """Who stops is no longer said to be on the way to one of some places; what was learned of them stays."""
+    human = HumanModel()
+    walking = replace(human, goals=((5.0, 0.0), (0.0, 5.0)))
+
+    def met_after(model: HumanModel | None) -> minds.Mind:
+        first = PersonObservation(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0), model=walking)
+        mind = minds.meet(first, walking, 0.0)
+        sure = replace(mind, belief=bayes.prior(2, 0.9))
+        seen = PersonObservation(id="a", position=(0.5, 0.0), velocity=(1.0, 0.0), model=model)
+        return minds.met({"a": sure}, [seen], 0.5, model=human, dimension=2, time_step=STEP, memory=1.0)["a"]
+
+    kept, changed = met_after(walking), met_after(None)
+    assert len(changed.goals) == 3
+    assert changed.model == human
+    assert changed.belief.concerned == pytest.approx(kept.belief.concerned)
+    assert changed.belief.concerned > 0.85
+    np.testing.assert_array_equal(changed.velocity, kept.velocity)
+    afresh = met_after(replace(walking, danger_weight=1.0))
+    assert afresh.belief.concerned == 0.5  # somebody else's model: what was believed under the other one does not count
 
 
 def test_spread_grows_with_time_and_with_noise() -> None:

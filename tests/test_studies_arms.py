@@ -11,12 +11,17 @@ from sidestep.cli import BAD_INPUT, execute
 from sidestep.io.checkpoints import Checkpoints
 from sidestep.safety_filter import SafetyFilter
 from sidestep.simulation.assembly import planner_of
+from sidestep.simulation.lab import run_lab
+from sidestep.simulation.lab_room import LabSettings
 from sidestep.simulation.loop import simulate
 from sidestep.studies import hidden_goals, robots, signalling
 from sidestep.studies.arms import run_study, studies
 from sidestep.studies.conditions import conditions
 from sidestep.studies.filtering import BlindStraight, Guarded
+from sidestep.studies.lab import KINDS, outcome_of
+from sidestep.studies.lab_proof import outcomes
 from sidestep.studies.opponents import trip_of
+from sidestep.viewer.figure_studies import study_figure
 
 
 def _same(one, other):
@@ -100,3 +105,19 @@ def test_the_command_writes_a_table_and_a_page(tmp_path, capsys):
 def test_a_misspelt_study_is_named_with_the_nearest(tmp_path, capsys):
     assert execute(["study", "robot", "--out", str(tmp_path)]) == BAD_INPUT
     assert "robots" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_laboratory_counts_what_its_runs_say():
+    found = run_study("lab", episodes=1)
+    assert list(found) == [f"{c} · {k}" for c in ("scans at once", "200 ms late, 20 % lost") for k in KINDS]
+    alone = outcome_of(run_lab(LabSettings(human="unconcerned"), snapshots=0))
+    row = found["scans at once · unconcerned"]
+    assert row["min_distance"][0] == alone.min_distance
+    assert row["matches"][0] == alone.matches
+    late = found["200 ms late, 20 % lost · concerned"]
+    assert late["scan_age"][0] > 0.25
+    both = outcomes(found)["scans at once"]
+    assert [o.human for o in both] == list(KINDS)
+    assert both[1].PI_R == alone.PI_R
+    assert study_figure("lab", found).axes

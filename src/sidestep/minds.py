@@ -137,16 +137,23 @@ def met(
             if before is None or time - before.seen > memory:
                 raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")
             present[name] = miss(before, time)
-        elif before is None or before.model != (seen.model or model):
+        elif before is None or not _same_but_goals(before.model, seen.model or model):
             present[name] = replace(meet(seen, seen.model or model, time), id=name)
         elif time > before.seen:
-            present[name] = observe(before, seen, time, time_step)
+            given = seen.model or model
+            known_as = before if before.model == given else replace(before, model=given)
+            present[name] = observe(known_as, seen, time, time_step)
         else:
             present[name] = before
     for name, before in known.items():
         if name not in present and time - before.seen <= memory:
             present[name] = miss(before, time)
     return present
+
+
+def _same_but_goals(one: HumanModel, other: HumanModel) -> bool:
+    """Whether two models differ at most in their candidate goals: what is believed of awareness is worth keeping."""
+    return one == other or replace(one, goals=()) == replace(other, goals=())
 
 
 def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind:

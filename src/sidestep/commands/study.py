@@ -22,8 +22,8 @@ def study(
     """Run one study; finished pieces are kept and not run again.
 
     Args:
-        name: robots (several robots), filter (the safety filter around others), signal (the danger signal) or goals
-            (unknown goals).
+        name: robots (several robots), filter (the safety filter around others), signal (the danger signal), goals
+            (unknown goals), lab (the laboratory, scans at once and late) or lab-mujoco (the same in MuJoCo).
         episodes: per arm (of controls a tenth); as many as the study asks for unless given.
         seed: of the first episode.
         workers: processes; all cores by default.

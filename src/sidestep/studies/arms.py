@@ -67,10 +67,11 @@ def studies() -> Mapping[str, Study]:
     """Return all studies by name."""
     from sidestep.studies.filtering import FILTER
     from sidestep.studies.hidden_goals import HIDDEN_GOALS
+    from sidestep.studies.lab_proof import LAB, LAB_MUJOCO
     from sidestep.studies.robots import ROBOTS
     from sidestep.studies.signalling import SIGNAL
 
-    return {study.name: study for study in (ROBOTS, FILTER, SIGNAL, HIDDEN_GOALS)}
+    return {study.name: study for study in (ROBOTS, FILTER, SIGNAL, HIDDEN_GOALS, LAB, LAB_MUJOCO)}
 
 
 def run_study(

@@ -148,10 +148,11 @@ class _Piece:
 
 def _run(piece: _Piece) -> tuple[LabOutcome, Record | None]:
     found = run_lab(piece.settings, classifier=piece.classifier, snapshots=32 if piece.record else 0)
-    return _outcome(found), found.record if piece.record else None
+    return outcome_of(found), found.record if piece.record else None
 
 
-def _outcome(run: LabRun) -> LabOutcome:
+def outcome_of(run: LabRun) -> LabOutcome:
+    """Return one run in numbers."""
     numbers, mot, record = measure(run.record), run.tracking, run.record
     spent = record.planning_time[record.plan_age <= 1e-9]
     period = 1 / run.settings.planner_rate

@@ -22,6 +22,8 @@ def study_figure(name: str, found: Columns) -> Figure | None:
         return _times(found)
     if name == "robots":
         return _distances(found)
+    if name.startswith("lab"):
+        return _beliefs(found)
     return None
 
 
@@ -56,6 +58,24 @@ def _times(found: Columns) -> Figure:
     style.style_axes(axes, x="time to the goal (s)", y="share of encounters that are over")
     axes.set_ylim(0.0, 1.02)
     axes.legend(frameon=False, fontsize=style.TEXT, loc="lower right")
+    return figure
+
+
+def _beliefs(found: Columns) -> Figure:
+    """What was believed in the end of the people who had to react, by what they were; one panel per condition."""
+    conditions = list(dict.fromkeys(arm.split(" · ")[0] for arm in found))
+    figure = style.new_figure(4.4 * len(conditions) + 0.4, 3.8)
+    panels = figure.subplots(1, len(conditions), sharey=True, squeeze=False)[0]
+    edges = np.linspace(0.0, 1.0, 11)
+    for axes, condition in zip(panels, conditions, strict=True):
+        for kind, colour, hatch in (("concerned", style.ROBOT, ""), ("unconcerned", style.PEOPLE[0], "//")):
+            columns = found[f"{condition} · {kind}"]
+            known = columns["belief"][(columns["had_to_react"] > 0) & np.isfinite(columns["belief"])]
+            axes.hist(known, bins=edges.tolist(), color=colour, alpha=0.6, hatch=hatch, edgecolor="white", label=kind)
+        axes.axvline(0.5, color=style.LIMIT, linestyle="--", linewidth=1.4)
+        axes.set_title(condition, fontsize=style.TEXT, loc="left")
+        style.style_axes(axes, x="P(concerned) after the last decision that mattered", y="runs")
+        axes.legend(frameon=False, fontsize=style.TEXT, loc="upper center", title="the person was")
     return figure
 
 
