@@ -11,7 +11,7 @@ from alternatives import habits as naive
 from sidestep._kernels import habits as kernel
 from sidestep.errors import InvalidInput
 from sidestep.human.habit_settings import HabitSettings, class_tables
-from sidestep.human.habits import Habits, meet, update
+from sidestep.human.habits import Habits, meet, settled_variance, update
 
 
 def walk(path, *, hz=10.0, duration=8.0, noise=0.0, seed=0, **options):
@@ -143,6 +143,29 @@ def test_only_a_sensor_worse_than_the_habitual_one_spreads_the_prediction():
     first = meet(0.0, (0.0, 0.0))
     assert first is not None
     assert first.spread(t)[1].min() > 1.0  # a velocity that nobody has seen yet is doubtful
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1, 0.4, 1.0])
+def test_the_settled_velocity_noise_is_that_of_the_textbook_filter(step):
+    """Error of a still person's velocity after many noisy looks, by plain matrices."""
+    q, r = 1.3, 0.05
+    move = np.array([[1.0, step], [0.0, 1.0]])
+    walk_noise = q * np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]])
+    see = np.array([[1.0, 0.0]])
+    whole, alone = np.eye(2), np.eye(2)
+    for _ in range(400):
+        whole = move @ whole @ move.T + walk_noise
+        gain = whole @ see.T / (see @ whole @ see.T + r**2)
+        left = np.eye(2) - gain @ see
+        whole = left @ whole
+        alone = left @ move @ alone @ move.T @ left.T + r**2 * gain @ gain.T
+    assert settled_variance(q, r, step) == pytest.approx(alone[1, 1], rel=1e-3)
+
+
+@pytest.mark.parametrize("hz", [2.0, 2.5, 5.0, 10.0])
+def test_the_habitual_sensor_spreads_nothing_at_any_rate(hz):
+    state = walk(straight, hz=hz, noise=0.03, duration=20.0)
+    assert state.sensed(np.array([4.8]))[0] < 0.02**2
 
 
 def test_somebody_who_stands_has_the_prior_of_people_who_stand():

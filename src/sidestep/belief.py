@@ -92,6 +92,11 @@ def observe(belief: Belief, likelihood: FloatArray, share: float = 1.0) -> Belie
     return _normalised(belief.weights * tempered)
 
 
+def with_concern(belief: Belief, concerned: float) -> Belief:
+    """Return the belief with P(β = 1) = `concerned` whatever the goal; the goals keep their probabilities."""
+    return _normalised(np.outer(belief.goals, [1.0 - concerned, concerned]))
+
+
 def relax(belief: Belief, *, switch_rate: float, prior_concerned: float, elapsed: float) -> Belief:
     """Let awareness change its mind: a two-state Markov chain, apart for each goal.
 

@@ -8,6 +8,7 @@ depends on the time that passed and not on the rate of the calls.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -20,6 +21,7 @@ from sidestep.human.goals import DirectionGoal, Goal, PointGoal, StandGoal
 from sidestep.human.habits import Habits
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
+from sidestep.human.reaction import Facing, Way
 from sidestep.types import FloatArray, Vector, frozen_array
 
 _STALE = 3.0  # time steps after which a displacement no longer tells one action
@@ -56,6 +58,7 @@ class Mind:
         habits: what was learned from the past, or None where the model switches that off.
         goals: candidates, in the order of the belief's rows.
         belief: now; anchor: None until the person was predicted.
+        facing: the robot's way and the person's courses, where β is learned from the clearance they gain.
     """
 
     id: str
@@ -69,6 +72,7 @@ class Mind:
     goals: tuple[Goal, ...]
     belief: Belief
     anchor: Anchor | None = None
+    facing: Facing | None = None
 
     @property
     def randomness(self) -> float:
@@ -195,6 +199,9 @@ def observe(mind: Mind, observation: PersonObservation, time: float, time_step: 
     state = mind.habits and learning.update(mind.habits, time, observation.position, covariance)
     velocity = state.velocity if state is not None else _velocity(mind, observation, time)
     believed = _weigh(mind, observation.position, covariance, time, time_step)
+    facing = mind.facing and mind.facing.at(time)
+    if by_clearance(mind):
+        believed = bayes.with_concern(believed, _concern(mind, facing, state, time))
     goals, over_goals = _goals(observation, mind.model, state, velocity)
     if len(goals) != len(mind.goals) or isinstance(goals[0], PointGoal) != isinstance(mind.goals[0], PointGoal):
         believed = bayes.prior(len(goals), believed.concerned, over_goals)
@@ -212,6 +219,7 @@ def observe(mind: Mind, observation: PersonObservation, time: float, time_step: 
         goals=goals,
         belief=believed,
         anchor=anchor,
+        facing=facing,
     )
 
 
@@ -252,6 +260,40 @@ def expect(mind: Mind, probabilities: FloatArray, velocities: FloatArray, time: 
     )
 
 
+def face(mind: Mind, way: Way, contact: float, time: float) -> Mind:
+    """Return the mind with the robot's `way` known, and whether the person is on a collision course with it.
+
+    Args:
+        mind: seen at `time`; anybody else, and those whose β is learned from actions, are left as they are.
+        way: of the robot.
+        contact: m between centres at which bodies touch.
+        time: s.
+    """
+    if mind.seen != time or mind.habits is None or not by_clearance(mind):
+        return mind
+    courses = () if mind.facing is None else mind.facing.courses
+    facing = Facing(settings=mind.model.reaction, way=way, contact=contact, courses=courses)
+    return replace(mind, facing=facing.noted(mind.habits, time))
+
+
+def by_clearance(mind: Mind) -> bool:
+    """Whether β of this person is learned from the clearance they gain, not from their last action."""
+    learned = mind.model.evidence == "clearance" and mind.habits is not None
+    return learned and isinstance(mind.goals[0], DirectionGoal)
+
+
+def _concern(mind: Mind, facing: Facing | None, state: Habits | None, time: float) -> float:
+    """P(β = 1) by the clearance gained since a collision course; relaxing where there was none of late."""
+    model = mind.model
+    told = None if facing is None or state is None else facing.log_ratio(state, time)
+    if told is None:
+        elapsed = max(time - mind.seen, 0.0)
+        share = math.exp(-2.0 * model.switch_rate * elapsed)
+        return share * mind.belief.concerned + (1.0 - share) * model.prior_concerned
+    odds = model.prior_concerned / (1.0 - model.prior_concerned) * math.exp(told)
+    return odds / (1.0 + odds)
+
+
 def _weigh(mind: Mind, position: Vector, covariance: FloatArray, time: float, time_step: float) -> Belief:
     """Eq. 8 against the anchor, after letting awareness change its mind."""
     anchor = mind.anchor
@@ -268,6 +310,8 @@ def _weigh(mind: Mind, position: Vector, covariance: FloatArray, time: float, ti
     if np.linalg.norm(moved) > 2.0 * fastest * elapsed + 4.0 * np.sqrt(np.trace(doubt)):
         return believed
     likelihood = bayes.action_likelihood(anchor.probabilities, anchor.velocities, moved, elapsed, doubt)
+    if by_clearance(mind):
+        likelihood = np.repeat(likelihood[:, :1], 2, axis=1)  # tells where to; whether they mind is told otherwise
     believed = bayes.observe(believed, likelihood, elapsed / time_step)
     if mind.habits is not None and isinstance(mind.goals[0], DirectionGoal):
         believed = bayes.relax_goals(believed, mind.habits.modes, _GOAL_RATE, elapsed)

@@ -18,6 +18,7 @@ from sidestep.exits import exits
 from sidestep.forecast import person_plan
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
+from sidestep.human.reaction import Way
 from sidestep.ladder import Outcome, climb
 from sidestep.minds import Mind
 from sidestep.obstacles import Obstacles
@@ -202,9 +203,11 @@ class Planner:
             self._pace.late(now.around.horizon)
             return self._stopped(time, robot, f"no plan within the deadline of {self.settings.deadline} s", started)
         self._pace.took(now.around.horizon, perf_counter() - started)
+        way = Way(time=time, positions=outcome.foreseen.path, step=self.settings.time_step)
         for subject, told in zip(now.everybody, outcome.foreseen.expectations(), strict=True):
             if told is not None:
-                self._minds[subject.mind.id] = minds.expect(subject.mind, *told, time)
+                known = minds.expect(subject.mind, *told, time)
+                self._minds[subject.mind.id] = minds.face(known, way, subject.contact, time)
         return self._plan(now, outcome, started)
 
     def _plan(self, now: Situation, outcome: Outcome, started: float) -> Plan:

@@ -26,6 +26,7 @@ VectorLike = Sequence[float] | NDArray[np.float64]
 
 Frame = Literal["world", "heading"]
 DangerDecay = Literal["distance", "squared_distance"]
+Evidence = Literal["action", "clearance"]
 AwarenessOverHorizon = Literal["persistent", "resampled"]
 RiskRule = Literal["cells", "mass", "trajectory"]
 Status = Literal["certified", "least_risk", "stopped"]

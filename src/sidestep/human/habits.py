@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from sidestep._kernels import habits as kernel
 from sidestep.human.habit_settings import HabitSettings, class_tables
 from sidestep.types import FloatArray, Vector, VectorLike
 
+_SETTLES = 40  # observations after which the filter has forgotten its start
 _ROWS = 40  # remembered instants; more than `window / gap`
 
 
@@ -106,9 +108,16 @@ class Habits:
         q = s.standing_exponent if self.standing else s.walking_exponent
         t = np.maximum(np.asarray(times, dtype=np.float64), 0.0)
         habit = (t[:, None] ** q * class_tables(s).scales) ** 2
-        return self.steadiness, np.sqrt(s.floor**2 + habit + self._sensed(t)[:, None])
+        return self.steadiness, np.sqrt(s.floor**2 + habit + self.sensed(t)[:, None])
 
-    def _sensed(self, t: FloatArray) -> FloatArray:
+    def velocity_over(self, span: float) -> Vector | None:
+        """(d,) m/s, the mean over the last `span` s; None where nothing nearly so old is remembered."""
+        d = self.position.size
+        old = kernel.oldest_within(self.history, span + 0.5 * self.settings.gap)
+        elapsed = float(self.history[0, 0] - self.history[old, 0])
+        return (self.position - self.history[old, 1 : 1 + d]) / elapsed if elapsed > 0.7 * span else None
+
+    def sensed(self, t: FloatArray) -> FloatArray:
         """(K,) m², what measurement noise beyond `habitual_noise` leaves of doubt in the position `t` s ahead.
 
         The scales were fitted to filtered tracks, so that the velocity error of an ordinary sensor is in them; adding
@@ -122,16 +131,29 @@ class Habits:
         return share * np.maximum(place + 2 * t * both + t**2 * pace, 0.0)
 
     def _habitual_variance(self) -> float:
-        """m²/s² per axis, velocity noise of the settled filter behind a sensor of `habitual_noise`.
-
-        At high rates √2/4·q^¾·(r²Δt)^¼, a quarter of the variance of the settled continuous filter (the rest is the
-        walk); at low ones that of a difference of two positions.
-        """
+        """m²/s² per axis, velocity noise of the settled filter behind a sensor of `habitual_noise` at this rate."""
         s, dt = self.settings, float(self.history[0, 0] - self.history[1, 0])
         if not dt > 0 or s.habitual_noise <= 0:  # NaN before the second observation
             return 0.0
-        settled = math.sqrt(0.125) * s.acceleration_density**0.75 * (s.habitual_noise**2 * dt) ** 0.25
-        return min(settled, 2.0 * (s.habitual_noise / dt) ** 2)
+        return settled_variance(s.acceleration_density, s.habitual_noise, round(dt, 3))
+
+
+@lru_cache(maxsize=256)
+def settled_variance(density: float, noise: float, step: float) -> float:
+    """Return what a sensor's noise alone leaves of doubt in a velocity that was filtered for long.
+
+    Args:
+        density: m²/s³, of the filter; noise: m, of the sensor; step: s between observations.
+
+    Returns:
+        m²/s² per axis. At high rates about √2/4·q^¾·(r²Δt)^¼; at low ones more than a difference of two positions
+        has, because the filter overshoots there.
+    """
+    mean, covariance = np.zeros(2), np.eye(2)
+    alone, r = np.eye(2), np.full((1, 1), noise**2)
+    for _ in range(max(_SETTLES, math.ceil(2.0 / max(step, 1e-3)))):
+        kernel.filter_step(mean, covariance, alone, max(step, 1e-3), density, np.zeros(1), r)
+    return float(alone[1, 1])
 
 
 def meet(

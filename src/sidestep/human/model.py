@@ -8,7 +8,8 @@ from typing import ClassVar, Literal
 
 from sidestep.errors import InvalidInput
 from sidestep.human.habit_settings import HabitSettings
-from sidestep.types import AwarenessOverHorizon, DangerDecay, Frame
+from sidestep.human.reaction import ReactionSettings
+from sidestep.types import AwarenessOverHorizon, DangerDecay, Evidence, Frame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +49,11 @@ class HumanModel:
         steadiness: learn online how steadily each person walks, and spread the prediction accordingly.
         online_randomness: learn ω online from how often the velocity changes.
         habits: constants of what is learned online; fitted to tracks by `sidestep fit`.
+        evidence: what tells β of people whose goal is not known. "action": the last action (Eq. 8), as of everybody
+            else; "clearance": by how much they gained clearance since they were on a collision course (needs the
+            `motion_filter`): a person who has turned already keeps the new direction whatever β is, so that their last
+            action alone says next to nothing.
+        reaction: constants of the evidence "clearance".
     """
 
     walking_speed: float = 0.5
@@ -77,6 +83,8 @@ class HumanModel:
     steadiness: bool = True
     online_randomness: bool = True
     habits: HabitSettings = field(default_factory=HabitSettings)
+    evidence: Evidence = "clearance"
+    reaction: ReactionSettings = field(default_factory=ReactionSettings)
 
     __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
 

@@ -11,6 +11,7 @@ import numpy as np
 from sidestep import minds
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
+from sidestep.human.reaction import Way
 from sidestep.minds import Mind
 from sidestep.prediction.occupancy import Workspace
 from sidestep.simulation.recordings import Recording
@@ -76,9 +77,11 @@ def beliefs(encounter: Encounter, model: HumanModel, vehicle: Vehicle) -> FloatA
     for t, position in zip(track.time[seen].tolist(), track.positions[seen], strict=True):
         observation = PersonObservation(id=track.agent, position=position)
         known = minds.meet(observation, model, t) if known is None else minds.observe(known, observation, t, TIME_STEP)
+        subject, way = Subject(known, around), encounter.vehicle_from(t, steps, TIME_STEP)
         if known.anchor is None:
-            ahead = Subject(known, around).predicted(encounter.vehicle_from(t, steps, TIME_STEP), workspace)
+            ahead = subject.predicted(way, workspace)
             known = minds.expect(known, ahead.action_probabilities, ahead.velocities, t)
+        known = minds.face(known, Way(time=t, positions=way, step=TIME_STEP), subject.contact, t)
         for n, delay in enumerate(DELAYS):
             if t <= encounter.onset + delay + 1e-6:
                 read[n] = known.belief.concerned
