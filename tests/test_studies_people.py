@@ -24,11 +24,11 @@ def car() -> Track:
     return Track(agent="v", kind="veh", time=moving.time, positions=moving.positions)
 
 
-def crossing(stops: bool) -> Track:
-    """A person who would be at the crossing point with the car; one who stops does so 3 m before it."""
+def crossing(stops: bool, at: float = -3.6) -> Track:
+    """A person who would be at the crossing point with the car; one who stops does so `at` m on their way to it."""
     time = np.arange(0.0, 12.0, 0.1)
     y = -1.2 * (6.0 - time)
-    return track("p", np.stack([np.zeros_like(y), np.minimum(y, -3.6) if stops else y], axis=1), step=0.1)
+    return track("p", np.stack([np.zeros_like(y), np.minimum(y, at) if stops else y], axis=1), step=0.1)
 
 
 def scene(*tracks: Track, name: str = "made") -> Recording:
@@ -90,7 +90,7 @@ def _with_track(encounter, changed):  # type: ignore[no-untyped-def]
 
 def test_the_awareness_study_counts_what_there_is() -> None:
     recordings = {
-        "stops": scene(crossing(True), car(), name="stops"),
+        "stops": scene(crossing(True, at=-4.8), car(), name="stops"),
         "walks": scene(crossing(False), car(), name="walks"),
     }
     rows = awareness_study(recordings, HumanModel(), CAR)
@@ -98,7 +98,9 @@ def test_the_awareness_study_counts_what_there_is() -> None:
     for r in rows:
         assert (r["encounters"], r["reacted"]) == (2, 1)
         assert r["base_log_loss"] == pytest.approx(np.log(2.0))
-        assert r["auc"] in (0.0, 0.5, 1.0)
+        low, high = r["auc_ci95"]
+        assert low <= r["auc"] <= high
+    assert [r["auc"] for r in rows] == [0.5, 1.0, 1.0]  # they stop 0.6 s after the onset
     nobody = awareness_study({"empty": scene(straight("q", (0.0, 0.0), (1.0, 0.0)))}, HumanModel(), CAR)
     assert nobody[0]["encounters"] == 0
     assert nobody[0]["auc"] is None
@@ -139,6 +141,8 @@ def test_trips_are_the_same_for_everybody_and_finished_ones_are_kept(tmp_path: P
     recordings = read_recordings(file)
     trips = choose_trips(file, recordings, trips=2, kinds=("ped",), seed=1)
     assert len(trips) == 2
+    assert choose_trips(file, recordings, trips=2, kinds=("ped",), seed=1, crowd=5) == []  # six are always there
+    assert choose_trips(file, recordings, trips=2, kinds=("ped",), seed=1, crowd=6) == trips
     for trip in trips:
         start, goal = np.array(trip.robot.start), np.array(trip.robot.goal)
         assert 7.0 <= np.linalg.norm(goal - start) <= 10.0

@@ -92,3 +92,18 @@ def test_calibration_of_calibrated_and_of_overconfident_predictions():
 def test_impossible_counts_are_refused():
     with pytest.raises(InvalidInput, match="successes"):
         s.clopper_pearson(3, 2)
+
+
+def test_the_interval_of_the_area_narrows_with_the_number_and_holds_the_truth():
+    rng = np.random.default_rng(3)
+
+    def interval(n):
+        labels = np.repeat([1.0, 0.0], n)
+        scores = np.concatenate([rng.normal(1.0, 1.0, n), rng.normal(0.0, 1.0, n)])
+        return s.area_interval(scores, labels, np.random.default_rng(0))
+
+    truth = 0.7602  # Φ(1/√2)
+    few, many = interval(12), interval(300)
+    assert many[0] < truth < many[1]
+    assert many[1] - many[0] < 0.4 * (few[1] - few[0])
+    assert all(math.isnan(v) for v in s.area_interval(np.ones(3), np.ones(3), rng))

@@ -23,6 +23,7 @@ def evaluate(
     vehicle: str | None = None,
     model: Path | None = None,
     trips: int = 40,
+    crowd: int | None = None,
     moments: int = 600,
     ablations: bool = False,
     seed: int = 0,
@@ -48,6 +49,7 @@ def evaluate(
         vehicle: car, cart or robot, comma-separated, one for each --people; by its kind unless given.
         model: human model that `sidestep fit` wrote; the defaults unless given; with --people.
         trips: of each navigator through each file of recorded people.
+        crowd: most people at once on such a trip; any number by default.
         moments: about so many are predicted per file of recorded people.
         ablations: also predict recorded people with parts of the model taken away.
         seed: base of all seeds.
@@ -76,6 +78,7 @@ def evaluate(
             vehicles=tuple(vehicle.split(",")) if vehicle else (),
             navigators=tuple((navigators or DRIVERS).split(",")),
             trips=trips,
+            crowd=crowd,
             moments=moments,
             ablations=ablations,
             seed=seed,
@@ -85,7 +88,10 @@ def evaluate(
         )
         command = "sidestep evaluate " + " ".join(f"--people {name_of(file)}" for file in people)
         command += f" --studies {studies} --moments {moments} --trips {trips}"
-        command += "".join(f" --{k} {v}" for k, v in (("vehicle", vehicle), ("without", without)) if v)
+        command += "".join(
+            f" --{k} {v}" for k, v in (("crowd", crowd), ("vehicle", vehicle), ("without", without)) if v
+        )
+        command += " --ablations" * ablations + f" --navigators {navigators}" * bool(navigators)
         report(evaluate_people(request), folder, page, command, json=json)
         return
     if calibration:

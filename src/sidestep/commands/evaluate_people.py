@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,7 @@ class PeopleRequest:
     vehicles: tuple[str, ...]
     navigators: tuple[str, ...]
     trips: int
+    crowd: int | None
     moments: int
     ablations: bool
     seed: int
@@ -85,7 +86,7 @@ def _check(request: PeopleRequest) -> None:
             raise UnknownName("--vehicle", vehicle, ("car", "cart", "robot"))
     if request.vehicles and len(request.vehicles) != len(request.files):
         raise InvalidInput("--vehicle", ",".join(request.vehicles), f"{len(request.files)} names, one per --people")
-    for name, value in (("--trips", request.trips), ("--moments", request.moments)):
+    for name, value in (("--trips", request.trips), ("--moments", request.moments), ("--crowd", request.crowd or 1)):
         if value < 1:
             raise InvalidInput(name, value, "an integer ≥ 1")
 
@@ -114,8 +115,15 @@ def _beliefs(
     from sidestep.commands.reproduction import progress_bar
     from sidestep.studies.people_awareness import awareness_study
 
-    with progress_bar("beliefs") as tell:
-        return awareness_study(recordings, model, vehicle, seed=request.seed, progress=tell)
+    models = {"clearance": model}
+    if request.ablations:
+        models["action"] = replace(model, evidence="action")
+    found: list[dict[str, Any]] = []
+    for evidence, chosen in models.items():
+        with progress_bar(f"beliefs by {evidence}") as tell:
+            rows = awareness_study(recordings, chosen, vehicle, seed=request.seed, progress=tell)
+        found += [{"evidence": evidence} | row for row in rows]
+    return found
 
 
 def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
@@ -129,6 +137,7 @@ def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
             request.navigators,
             trips=request.trips,
             without=request.without,
+            crowd=request.crowd,
             seed=request.seed,
             workers=request.workers,
             engine=request.engine,

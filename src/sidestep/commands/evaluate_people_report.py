@@ -16,8 +16,9 @@ _COLUMNS: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("coverage_99", "99 %", ".3f"), ("area_95", "area of the 95 % region, m²", ".1f"),
     ),
     "awareness": (
-        ("file", "recording", ""), ("delay", "s after onset", ".1f"), ("encounters", "encounters", ""),
-        ("reacted", "reacted", ""), ("auc", "AUC", ".3f"), ("log_loss", "log loss", ".3f"),
+        ("file", "recording", ""), ("evidence", "evidence", ""), ("delay", "s after onset", ".1f"),
+        ("encounters", "encounters", ""), ("reacted", "reacted", ""), ("auc", "AUC", ".3f"),
+        ("auc_ci95", "95 % interval", ".2f"), ("log_loss", "log loss", ".3f"),
         ("base_log_loss", "of the base rate", ".3f"), ("placebos", "placebos", ""),
         ("placebo_reacted", "of them reacted", ""), ("false_concern", "false concern", ".3f"),
     ),
@@ -31,14 +32,19 @@ _COLUMNS: dict[str, tuple[tuple[str, str, str], ...]] = {
 
 _WORDS = {
     "prediction": "Predictions are scored by the negative log-likelihood of the 0.5 m cell in which the person turned "
-    "up, and by how often the smallest region of a given probability held the person. `sidestep` has the defaults; "
-    "`sidestep-fitted` and `constant-velocity` (errors: a mixture of four Gaussians along and across the heading, per "
-    "class of speed) were fitted on the other scenes of the same recording.",
+    "up, and by how often the smallest region of a given probability held the person. Held out: `sidestep-fitted` and "
+    "`constant-velocity` (errors: a mixture of four Gaussians along and across the heading, per class of speed) are "
+    "fitted on the other scenes of a recording and scored on the one left out; the former starts from round numbers, "
+    "not from the defaults. `sidestep` is those defaults, to which these recordings contributed; `sidestep-no-…` and "
+    "the like take one part of it away.",
     "awareness": "An encounter is a person on a collision course with a vehicle. *Reacted*: gained at least 0.5 m of "
     "clearance over a person who keeps the velocity. Placebos: the same vehicles, transplanted to people with none "
-    "near; false concern is the share of them with P(concerned) > 0.5.",
+    "near; false concern is the share of them with P(concerned) > 0.5. The belief sees the past alone; the vehicle "
+    "knows its own way. Evidence `clearance` is the default, `action` the last action (Eq. 8).",
     "replay": "Trips of 7 to 10 m through recorded people, on which a blind robot would touch somebody. Recorded "
-    "people never react: everybody is unconcerned by construction. The same trips for everybody.",
+    "people never react: everybody is unconcerned by construction. The same trips for everybody, drawn at random: as "
+    "many from each scene, start and goal near where somebody walked; with `--crowd`, only where never more people "
+    "than that are there at once.",
 }
 
 
@@ -152,4 +158,6 @@ def _cells(row: Row, study: str) -> list[str]:
 
 
 def _text(value: Any, form: str) -> str:
+    if isinstance(value, list | tuple):
+        return " to ".join(_text(v, form) for v in value)  # pyright: ignore[reportUnknownVariableType]
     return "–" if value is None else format(value, form) if form else str(value)

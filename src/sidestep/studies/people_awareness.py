@@ -16,7 +16,7 @@ from sidestep.minds import Mind
 from sidestep.prediction.occupancy import Workspace
 from sidestep.simulation.recordings import Recording
 from sidestep.studies.people_encounters import BEFORE, Encounter, encounters, placebos
-from sidestep.studies.statistics import area_under_curve, clopper_pearson, log_loss
+from sidestep.studies.statistics import area_interval, area_under_curve, clopper_pearson, log_loss
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import FloatArray
 
@@ -106,8 +106,8 @@ def awareness_study(
         progress: called with (encounters done, all).
 
     Returns:
-        One row per delay, JSON-able: encounters, reacted, placebos, placebo_reacted, auc, log_loss, base_log_loss (of
-        the constant base rate), false_concern and its exact 99 % interval.
+        One row per delay, JSON-able: encounters, reacted, placebos, placebo_reacted, auc and its bootstrap 95 %
+        interval, log_loss, base_log_loss (of the constant base rate), false_concern and its exact 99 % interval.
     """
     real = [e for r in recordings.values() for e in encounters(r, vehicle.near)]
     control = placebos(recordings, real, vehicle.near, np.random.Generator(np.random.PCG64(seed)))
@@ -118,10 +118,12 @@ def awareness_study(
         if progress is not None:
             progress(n + 1, len(real) + len(control))
     values = np.array(rows).reshape(-1, len(DELAYS))
-    return _scores(real, control, values)
+    return _scores(real, control, values, seed)
 
 
-def _scores(real: Sequence[Encounter], control: Sequence[Encounter], values: FloatArray) -> list[dict[str, Any]]:
+def _scores(
+    real: Sequence[Encounter], control: Sequence[Encounter], values: FloatArray, seed: int
+) -> list[dict[str, Any]]:
     reacted = np.array([e.reacted for e in real], dtype=np.float64)
     base = float(reacted.mean()) if len(reacted) else 0.5
     found: list[dict[str, Any]] = []
@@ -136,6 +138,9 @@ def _scores(real: Sequence[Encounter], control: Sequence[Encounter], values: Flo
                 "placebos": len(control),
                 "placebo_reacted": sum(e.reacted for e in control),
                 "auc": _plain(area_under_curve(own, reacted)),
+                "auc_ci95": [
+                    _plain(v) for v in area_interval(own, reacted, np.random.Generator(np.random.PCG64(seed)))
+                ],
                 "log_loss": _plain(log_loss(own, reacted)),
                 "base_log_loss": _plain(log_loss(np.full(len(real), base), reacted)),
                 "false_concern": alarms / len(control) if control else None,

@@ -50,6 +50,29 @@ class Fit:
     noises: Mapping[float, float]
 
 
+def uninformed(model: HumanModel) -> HumanModel:
+    """Return `model` with round numbers for what is fitted, which no recording was looked at for.
+
+    Where a fit is to be judged on people who were left out, it must not start from defaults that they had a part in.
+    """
+    habits = replace(
+        model.habits,
+        scales=tuple(0.01 * 2.0**c for c in range(6)),
+        prior_class=2.5,
+        prior_width=3.0,
+        standing_class=2.5,
+        standing_width=3.0,
+        tempering=0.3,
+        walking_exponent=1.25,
+        standing_exponent=1.0,
+        floor=0.03,
+        walking_modes=(0.6, 0.3, 0.1),
+        standing_modes=(0.4, 0.1, 0.5),
+        changed_before=0.05,
+    )
+    return replace(model, habits=habits)
+
+
 def packed(model: HumanModel) -> FloatArray:
     """Return the fitted parameters of a model as one unbounded vector."""
     s = model.habits

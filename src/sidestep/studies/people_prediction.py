@@ -12,7 +12,7 @@ from sidestep.human.model import HumanModel
 from sidestep.simulation.recordings import Recording, Track
 from sidestep.studies.people_baseline import fit_baseline
 from sidestep.studies.people_features import Features, features
-from sidestep.studies.people_fit import MOST, fit_features
+from sidestep.studies.people_fit import MOST, fit_features, uninformed
 from sidestep.studies.people_grid import Density, Score, masses, mean_scores, reach_of, score
 from sidestep.studies.people_samples import HORIZONS, PAST, Moment, Watcher, moments
 
@@ -20,7 +20,7 @@ SCORED = (0.4, 1.2, 2.4, 3.6, 4.8)
 """Seconds ahead at which predictions are scored."""
 BASELINE = "constant-velocity"
 _INDICES = [HORIZONS.index(h) for h in SCORED]
-FOLD_ITERATIONS = 12  # of a fit that starts from a model for people like these
+FOLD_ITERATIONS = 15  # of a fit to the other scenes, which starts from round numbers
 FOLDS = 30  # more scenes than this are put together by the first part of their names
 NEGLIGIBLE = 3e-7  # mass of a lattice cell and class that is left out of the mixture
 
@@ -67,7 +67,8 @@ def prediction_study(
         recordings: by scene.
         model: of the people.
         kinds: of agents that are people.
-        fitted: also score the model as it comes out of the fit to the other scenes, "sidestep-fitted".
+        fitted: also score the model as it comes out of a fit to the other scenes that knows no defaults,
+            "sidestep-fitted".
         ablations: also score the model with one part taken away, "sidestep-no-…".
         every: s between the moments of a track.
         most: about so many moments are scored, the same for everybody, of tracks chosen at random; 0: all.
@@ -89,7 +90,9 @@ def prediction_study(
         others = [m for other, found in of_fold.items() if other != fold for m in found] or own
         models = {"sidestep": model}
         if fitted:
-            models["sidestep-fitted"] = fit_features(_sample(others, seed), model, iterations=FOLD_ITERATIONS)
+            models["sidestep-fitted"] = fit_features(
+                _sample(others, seed), uninformed(model), iterations=FOLD_ITERATIONS
+            )
         if ablations:
             models |= ablated(model)
         _score_ours(fold, [r for scene, r in chosen.items() if folds[scene] == fold], models, kinds, every, scores)

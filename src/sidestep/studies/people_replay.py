@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -64,6 +65,7 @@ def replay_study(
     trips: int,
     kinds: Sequence[str] = ("ped",),
     without: Sequence[str] = (),
+    crowd: int | None = None,
     seed: int = 0,
     workers: int = 1,
     engine: str = "joblib",
@@ -78,6 +80,7 @@ def replay_study(
         trips: per file, spread evenly over its scenes.
         kinds: of agents that are people.
         without: scenes that are left out.
+        crowd: most people who may be there at once during a trip, or None.
         seed: of the choice of trips.
         workers, engine: see `run_pieces`.
         store: where finished trips are kept and looked for.
@@ -87,7 +90,7 @@ def replay_study(
         One row per navigator, JSON-able.
     """
     recordings = {name: r for name, r in read_recordings(file).items() if name not in without}
-    chosen = choose_trips(file, recordings, trips=trips, kinds=kinds, seed=seed)
+    chosen = choose_trips(file, recordings, trips=trips, kinds=kinds, seed=seed, crowd=crowd)
     pieces = [
         Journey(file=str(file), scenario=scenario.settings(), navigator=name, number=i)
         for i, scenario in enumerate(chosen)
@@ -111,9 +114,18 @@ def travel(journey: Journey) -> tuple[Journey, dict[str, Any]]:
 
 
 def choose_trips(
-    file: Path, recordings: Mapping[str, Recording], *, trips: int, kinds: Sequence[str], seed: int
+    file: Path,
+    recordings: Mapping[str, Recording],
+    *,
+    trips: int,
+    kinds: Sequence[str],
+    seed: int,
+    crowd: int | None = None,
 ) -> list[Scenario]:
-    """Return up to `trips` scenarios, spread evenly over the scenes that are large, long and busy enough."""
+    """Return up to `trips` scenarios, spread evenly over the scenes that are large, long and busy enough.
+
+    With a `crowd`, never more than so many people are there at once while a blind robot would be on its way.
+    """
     generator = np.random.Generator(np.random.PCG64(seed))
     usable = {name: r.of_kinds(kinds) for name, r in sorted(recordings.items())}
     usable = {name: r for name, r in usable.items() if r.tracks and r.end - r.start > LONGEST / SPEED}
@@ -122,12 +134,18 @@ def choose_trips(
     for name, recording in usable.items():
         wanted = (trips - len(chosen) + left - 1) // left
         left -= 1
-        chosen += _trips_of_scene(file, name, recording, kinds, wanted, generator)
+        chosen += _trips_of_scene(file, name, recording, kinds, wanted, crowd or math.inf, generator)
     return chosen[:trips]
 
 
 def _trips_of_scene(
-    file: Path, name: str, recording: Recording, kinds: Sequence[str], wanted: int, generator: np.random.Generator
+    file: Path,
+    name: str,
+    recording: Recording,
+    kinds: Sequence[str],
+    wanted: int,
+    crowd: float,
+    generator: np.random.Generator,
 ) -> list[Scenario]:
     walls = scene_walls(file, name)
     obstacles = Obstacles(polygons=walls) if walls else None
@@ -140,7 +158,10 @@ def _trips_of_scene(
             break
         start, goal = (trodden[generator.integers(len(trodden))] + generator.normal(0, TRODDEN / 3, 2) for _ in "sg")
         time = begin + interval * int(generator.integers(last + 1))
-        if SHORTEST <= np.linalg.norm(goal - start) <= LONGEST and _worthwhile(recording, start, goal, time, obstacles):
+        length = float(np.linalg.norm(goal - start))
+        if not SHORTEST <= length <= LONGEST or _most_at_once(recording, time, time + length / SPEED) > crowd:
+            continue
+        if _worthwhile(recording, start, goal, time, obstacles):
             chosen.append(_scenario(file, name, kinds, start, goal, time, walls, int(generator.integers(2**31))))
     return chosen
 
@@ -166,6 +187,12 @@ def _worthwhile(
         return True
     ends = np.array([start, goal])
     return bool(obstacles.free(ends, 0.4).all() and obstacles.segment_free(start[None], goal[None], 0.35)[0])
+
+
+def _most_at_once(recording: Recording, start: float, end: float) -> int:
+    present = list(recording.between(start, end))
+    seen = (sum(t.time[0] <= at <= t.time[-1] for t in present) for at in np.arange(start, end, 0.5).tolist())
+    return max(seen, default=0)
 
 
 def _ways(present: Sequence[Track], time: float, t: FloatArray, robot: FloatArray) -> bool:

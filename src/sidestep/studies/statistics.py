@@ -75,6 +75,23 @@ def area_under_curve(scores: FloatArray, labels: FloatArray) -> float:
     return float((ranks[positive].sum() - p * (p + 1) / 2) / (p * n))
 
 
+def area_interval(
+    scores: FloatArray, labels: FloatArray, generator: np.random.Generator, confidence: float = 0.95
+) -> tuple[float, float]:
+    """Return the percentile interval of `area_under_curve`, positives and negatives drawn anew 1000 times each."""
+    positive, negative = scores[labels.astype(bool)], scores[~labels.astype(bool)]
+    if len(positive) == 0 or len(negative) == 0:
+        return math.nan, math.nan
+    truth = np.repeat([1.0, 0.0], [len(positive), len(negative)])
+    found = [
+        area_under_curve(np.concatenate([generator.choice(x, len(x)) for x in (positive, negative)]), truth)
+        for _ in range(1000)
+    ]
+    tail = (1.0 - confidence) / 2.0
+    low, high = np.quantile(found, [tail, 1.0 - tail])
+    return float(low), float(high)
+
+
 def log_loss(probabilities: FloatArray, labels: FloatArray) -> float:
     """Return the mean −log of the probability of what was, (n,) each; probabilities are kept 1e-6 away from 0 and 1."""
     if len(probabilities) == 0:

@@ -49,6 +49,7 @@ def prediction_figure(rows: Sequence[Row]) -> Figure:
 
 def awareness_figure(rows: Sequence[Row]) -> Figure:
     """Draw AUC, log loss against the base rate's, and false concern over the delay after the onset."""
+    rows = [r for r in rows if r.get("evidence", "clearance") == "clearance"]
     files = list(dict.fromkeys(r["file"] for r in rows if r["encounters"]))
     figure = new_figure(9.0, 3.2)
     panels = figure.subplots(1, 3)
