@@ -9,7 +9,6 @@ anything, robot and person would meet within half a second of each other.
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 import sidestep
-from sidestep.commands.provenance import provenance
+from sidestep.commands.evidence import write_evidence
 from sidestep.simulation.metrics import measure
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -101,15 +100,17 @@ def main() -> None:
     for name, case in CASES.items():
         rows.append(row(name, case, chosen.episodes))
         print(*rows[-1], sep="  ", flush=True)
-    page = {
-        "title": "Where it fails, in numbers",
-        "lead": [
+    chosen.out.parent.mkdir(parents=True, exist_ok=True)
+    write_evidence(
+        chosen.out,
+        title="Where it fails, in numbers",
+        lead=[
             "One robot, default settings, 10 Hz, on collision course with the people of each row. Bodies touch below "
             "0.6 m between centres. A contact counts as *moving* when the robot moved on toward the person; as "
             "*standing* when a person walked into a robot that stood. In brackets, the exact 95 % interval."
         ],
-        **provenance(f"python tools/measure_limits.py --episodes {chosen.episodes}"),
-        "tables": [
+        command=f"python tools/measure_limits.py --episodes {chosen.episodes}",
+        tables=[
             {
                 "title": f"Share of {chosen.episodes} encounters",
                 "header": ["the person", "moving contact", "standing only", "nearest, median (m)", "goal reached",
@@ -117,9 +118,7 @@ def main() -> None:
                 "rows": rows,
             }
         ],
-    }  # fmt: skip
-    chosen.out.parent.mkdir(parents=True, exist_ok=True)
-    chosen.out.write_text(json.dumps(page, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+    )  # fmt: skip
     print(f"wrote {chosen.out}")
 
 

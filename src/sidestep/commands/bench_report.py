@@ -19,30 +19,24 @@ def show_tables(result: dict[str, Any]) -> None:
 
 
 def write_bench_page(result: dict[str, Any], page: Path, command: str) -> None:
-    """Write the evidence as JSON that the site makes a page of, and the figures where the site has them."""
-    from sidestep.commands.provenance import provenance
-    from sidestep.io.files import written
+    """Write the page of evidence with its figures."""
+    from sidestep.commands.evidence import Picture, write_evidence
 
-    folder = page.parent.parent.parent / "figures"
-    pictures = folder if folder.is_dir() else page.parent
-    for name, figure in _figures(result).items():
-        with written(pictures / f"bench-{name}.png") as file:
-            figure.savefig(file, format="png", dpi=150)
-    told = {
-        "title": "How fast planning is",
-        "lead": [
+    write_evidence(
+        page,
+        title="How fast planning is",
+        lead=[
             "One core, after warm-up; a planning step is everything between an observation and a command: all rounds "
             "of prediction and search, and the certificate. Times are of one machine; the ratios are within one run."
         ],
-        **provenance(command),
-        "figures": [
-            {"file": f"bench-{name}.png", "alt": f"Planning time: {name.replace('-', ' ')}"} for name in _FIGURES
+        command=command,
+        pictures=[
+            Picture(file=f"bench-{name}.png", alt=f"Planning time: {name.replace('-', ' ')}", figure=figure)
+            for name, figure in _figures(result).items()
         ],
-        "tables": [{k: v if k != "header" else list(v) for k, v in part.items()} for part in _tables(result)],
-        "remarks": [_deadline(result)],
-    }
-    with written(page) as file:
-        file.write((json.dumps(told, ensure_ascii=False, indent=1) + "\n").encode())
+        tables=_tables(result),
+        remarks=[_deadline(result)],
+    )
 
 
 def _deadline(result: dict[str, Any]) -> str:

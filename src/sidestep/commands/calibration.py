@@ -37,18 +37,13 @@ def calibrated(
     save_figure(calibration_figure(found), folder / "calibration.png")
     if page is not None:
         _write_page(found, episodes, page)
-        figures = page.parent.parent.parent / "figures"
-        save_figure(calibration_figure(found), (figures if figures.is_dir() else page.parent) / "calibration.png")
     return found
 
 
 def _write_page(found: Mapping[str, Mapping[str, Any]], episodes: int, page: Path) -> None:
     """Write the evidence as JSON that the site makes a page of."""
-    import json
-
-    from sidestep.commands.console import plain
-    from sidestep.commands.provenance import provenance
-    from sidestep.io.files import written
+    from sidestep.commands.evidence import Picture, write_evidence
+    from sidestep.viewer.figure_calibration import calibration_figure
 
     rows = [
         [WORDS.get(kind, kind), episodes, f["steps"], f["n"], round(sum(b["frequency"] * b["n"] for b in f["bins"])),
@@ -67,18 +62,23 @@ def _write_page(found: Mapping[str, Mapping[str, Any]], episodes: int, page: Pat
         }
         for kind, f in found.items()
     ]  # fmt: skip
-    result = {
-        "title": "Do predicted collisions come true?",
-        "lead": [
+    write_evidence(
+        page,
+        title="Do predicted collisions come true?",
+        lead=[
             "P_coll(k|t) of a plan speaks of a robot that keeps to it. So the robot here keeps each plan for its five "
             "steps of 0.5 s, and is told to accept any risk; each plan gives five pairs of prediction and outcome. The "
             "error is the mean distance of prediction and frequency over the bins, weighted by their counts."
         ],
-        **provenance(f"sidestep evaluate --calibration --episodes {episodes}"),
-        "figures": [{"file": "calibration.png", "alt": "Share of predicted first contacts that came true, over the "
-                     "predicted probability, one panel per kind of people; hollow: none came true."}],
-        "tables": [{"title": "Summary", "header": list(HEADER), "rows": rows}, *bins],
-        "remarks": ["Only the first kind is drawn from the model. The others are what the model does not know."],
-    }  # fmt: skip
-    with written(page) as file:
-        file.write((json.dumps(plain(result), ensure_ascii=False, indent=1) + "\n").encode())
+        command=f"sidestep evaluate --calibration --episodes {episodes}",
+        pictures=[
+            Picture(
+                file="calibration.png",
+                alt="Share of predicted first contacts that came true, over the predicted probability, one panel per "
+                "kind of people; hollow: none came true.",
+                figure=calibration_figure(found),
+            )
+        ],
+        tables=[{"title": "Summary", "header": list(HEADER), "rows": rows}, *bins],
+        remarks=["Only the first kind is drawn from the model. The others are what the model does not know."],
+    )

@@ -87,21 +87,14 @@ def report(result: dict[str, Any], folder: Path, page: Path | None, command: str
 
 
 def write_people_page(result: Mapping[str, Any], page: Path, command: str) -> None:
-    """Write the evidence as JSON that the site makes a page of, and the figures where the site has them."""
-    import json as text
-
-    from sidestep.commands.console import plain
-    from sidestep.commands.provenance import provenance
-    from sidestep.io.files import written
+    """Write the page of evidence with its figures."""
+    from sidestep.commands.evidence import Picture, write_evidence
     from sidestep.viewer.figure_people import people_figures
-    from sidestep.viewer.figures import save_figure
 
-    folder = page.parent.parent.parent / "figures"
-    pictures = folder if folder.is_dir() else page.parent
-    figures: list[dict[str, str]] = []
-    for study, figure in people_figures(result["people"]).items():
-        name = save_figure(figure, pictures / f"people-{study}.png").name
-        figures.append({"file": name, "alt": _ALT[study]})
+    pictures = [
+        Picture(file=f"people-{study}.png", alt=_ALT[study], figure=figure)
+        for study, figure in people_figures(result["people"]).items()
+    ]
     tables: list[dict[str, Any]] = []
     for study, rows in result["people"].items():
         if rows:
@@ -109,16 +102,15 @@ def write_people_page(result: Mapping[str, Any], page: Path, command: str) -> No
             tables.append({"title": study.capitalize(), "header": _head(study), "rows": body})
         if rows and study == "prediction":
             tables.append(_per_scene(rows))
-    told = {
-        "title": "Recorded people: " + ", ".join(study for study, rows in result["people"].items() if rows),
-        "lead": [_WORDS[study] for study, rows in result["people"].items() if rows],
-        **provenance(command),
-        "figures": figures,
-        "tables": tables,
-        "remarks": _REMARKS,
-    }
-    with written(page) as file:
-        file.write((text.dumps(plain(told), ensure_ascii=False, indent=1) + "\n").encode())
+    write_evidence(
+        page,
+        title="Recorded people: " + ", ".join(study for study, rows in result["people"].items() if rows),
+        lead=[_WORDS[study] for study, rows in result["people"].items() if rows],
+        command=command,
+        pictures=pictures,
+        tables=tables,
+        remarks=_REMARKS,
+    )
 
 
 def _head(study: str) -> list[str]:

@@ -32,7 +32,8 @@ def study(
         page: JSON file to write for the pages of evidence (docs/evidence/results); a figure goes to docs/figures.
         json: print one JSON object and nothing else.
     """
-    from sidestep.commands.console import emit_json, plain, show, table
+    from sidestep.commands.console import emit_json, show, table
+    from sidestep.commands.evidence import Picture, write_evidence, write_json
     from sidestep.commands.reproduction import progress_bar
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.io.files import ready_folder
@@ -59,33 +60,24 @@ def study(
         "remarks": remarks,
         "episodes": found,
     }
-    _write(folder / f"{name}.json", plain(result))
+    write_json(folder / f"{name}.json", result)
     figure = study_figure(name, found)
     if figure is not None:
         save_figure(figure, folder / f"{name}.png")
     if page is not None:
-        from sidestep.commands.provenance import provenance
-
         count = asked.episodes if episodes is None else episodes
-        table_ = {"title": "Results", "header": list(asked.header), "rows": rows}
-        whole = {"title": asked.title, "lead": [asked.lead], "tables": [table_], "remarks": remarks}
-        figures = page.parent.parent.parent / "figures"
-        if figure is not None and figures.is_dir():
-            save_figure(figure, figures / f"study-{name}.png")
-            whole["figures"] = [{"file": f"study-{name}.png", "alt": asked.title}]
-        _write(page, plain(whole | provenance(f"sidestep study {name} --episodes {count}")))
+        write_evidence(
+            page,
+            title=asked.title,
+            lead=[asked.lead],
+            command=f"sidestep study {name} --episodes {count}",
+            tables=[{"title": "Results", "header": list(asked.header), "rows": rows}],
+            pictures=[] if figure is None else [Picture(file=f"study-{name}.png", alt=asked.title, figure=figure)],
+            remarks=remarks,
+        )
     if json:
         emit_json(result)
         return
     table([[str(cell) for cell in row] for row in rows], title=asked.title, header=asked.header)
     for line in remarks:
         show(line)
-
-
-def _write(path: Path, data: Any) -> None:
-    import json as text
-
-    from sidestep.io.files import written
-
-    with written(path) as file:
-        file.write((text.dumps(data, ensure_ascii=False, indent=1) + "\n").encode())
