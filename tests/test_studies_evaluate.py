@@ -83,6 +83,20 @@ def test_fewer_episodes_are_the_first_of_more():
     np.testing.assert_array_equal(values_of(few)[key], values_of(more)[key][:3])
 
 
+def test_the_expensive_get_fewer_episodes_and_are_paired_with_the_first():
+    found = evaluate(CHEAP[:1], SIMPLE, episodes=5, fewer={"chance": 2})
+    assert [len(batch.values) for batch in found.batches.values()] == [5, 2]
+    ours, yardstick = batch(time_to_goal=10.0), batch(time_to_goal=8.0)
+    short = Batch(values=yardstick.values[:4], times=yardstick.times)
+    rows = condition_rows(Evaluation(batches={("w", "sidestep"): ours, ("w", "orca"): short}, seed=0))
+    assert rows[0]["against"]["pairs"] == 4
+    assert rows[0]["against"]["time_ratio"] == pytest.approx(1.25)
+    with pytest.raises(UnknownName, match="chance"):
+        evaluate(CHEAP[:1], SIMPLE, episodes=5, fewer={"chanse": 2})
+    with pytest.raises(InvalidInput, match="episodes"):
+        evaluate(CHEAP[:1], SIMPLE, episodes=5, fewer={"chance": 0})
+
+
 def test_rows_add_up_and_are_json():
     rows = condition_rows(evaluate(CHEAP, SIMPLE, episodes=12))
     assert len(rows) == 4

@@ -16,6 +16,7 @@ def evaluate(
     conditions: str | None = None,
     navigators: str | None = None,
     episodes: int | None = None,
+    fewer: str = "",
     calibration: bool = False,
     people: tuple[Path, ...] = (),
     studies: str = "prediction,awareness,replay",
@@ -41,6 +42,7 @@ def evaluate(
         conditions: comma-separated names; all by default.
         navigators: comma-separated names; all that are installed by default.
         episodes: per condition and navigator (or per kind of people, for the calibration).
+        fewer: comma-separated NAME=COUNT: conditions or navigators that get at most so many episodes.
         calibration: compare predicted collision probabilities with realised frequencies instead.
         people: recorded people instead (CSV of tracks, may be given several times): predictions against a fitted
             constant-velocity model, beliefs against who reacted, trips through people who do not react.
@@ -103,7 +105,7 @@ def evaluate(
         rows = [[k, f"{v['ece']:.4f}", f"{v['brier']:.4f}", str(v["n"]), str(v["steps"])] for k, v in found.items()]
         header: tuple[str, ...] = ("people", "expected calibration error", "Brier", "pairs", "steps")
     else:
-        result = _compared(quick, conditions, navigators, episodes, seed, jobs, engine, address, folder)
+        result = _compared(quick, conditions, navigators, episodes, _counts(fewer), seed, jobs, engine, address, folder)
         rows = [_line(row) for row in result["conditions"]]
         header = ("condition", "navigator", "n", "moving contacts", "99 % bound", "standing", "success", "time s")
     with written(folder / ("calibration.json" if calibration else "results.json")) as file:
@@ -121,6 +123,7 @@ def _compared(
     conditions: str | None,
     navigators: str | None,
     episodes: int | None,
+    fewer: dict[str, int],
     seed: int,
     jobs: int,
     engine: str,
@@ -154,6 +157,7 @@ def _compared(
             chosen,
             drivers,
             episodes=episodes or (QUICK if quick else FULL),
+            fewer=fewer,
             seed=seed,
             workers=jobs,
             engine=engine,
@@ -168,6 +172,19 @@ def _compared(
         "price_of_unconcern": price_of_unconcern(found),
         "skipped": [list(s) for s in skipped],
     }
+
+
+def _counts(text: str) -> dict[str, int]:
+    """Return name → count of "NAME=COUNT,…"."""
+    from sidestep.errors import InvalidInput
+
+    counts: dict[str, int] = {}
+    for part in filter(None, text.split(",")):
+        name, _, count = part.partition("=")
+        if not count.isdigit():
+            raise InvalidInput("fewer", part, "NAME=COUNT, COUNT an integer ≥ 1")
+        counts[name] = int(count)
+    return counts
 
 
 def _line(row: dict[str, Any]) -> list[str]:

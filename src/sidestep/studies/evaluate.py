@@ -77,6 +77,7 @@ def evaluate(
     navigator_names: Sequence[str],
     *,
     episodes: int,
+    fewer: Mapping[str, int] | None = None,
     seed: int = 0,
     workers: int = 1,
     engine: str = "joblib",
@@ -93,6 +94,7 @@ def evaluate(
         condition_names: of `conditions()`.
         navigator_names: of `contestants()`.
         episodes: per condition and navigator.
+        fewer: condition or navigator → at most so many episodes, the first ones.
         seed: base of all seeds.
         workers: processes.
         engine: "joblib" or "ray".
@@ -108,13 +110,15 @@ def evaluate(
         _known("conditions", name, conditions())
     for name in navigator_names:
         _known("navigators", name, contestants())
-    if episodes < 1:
+    for name in fewer or ():
+        _known("fewer", name, {**conditions(), **contestants()})
+    if min([episodes, *(fewer or {}).values()]) < 1:
         raise InvalidInput("episodes", episodes, "an integer ≥ 1")
+    most = {(c, n): _at_most(episodes, fewer or {}, c, n) for c in condition_names for n in navigator_names}
     pieces = [
-        Piece(condition=c, navigator=n, start=k, stop=min(k + PIECE, episodes), seed=seed)
-        for c in condition_names
-        for n in navigator_names
-        for k in range(0, episodes, PIECE)
+        Piece(condition=c, navigator=n, start=k, stop=min(k + PIECE, count), seed=seed)
+        for (c, n), count in most.items()
+        for k in range(0, count, PIECE)
     ]
     found = run_kept(
         work, pieces, store=store, size=length, workers=workers, engine=engine, address=address, progress=progress
@@ -142,6 +146,10 @@ def _batches(pieces: Sequence[Piece], found: Mapping[str, Any]) -> dict[tuple[st
         rows.setdefault(key, []).extend(found[piece.name]["rows"])
         times[key] = times.get(key, 0.0) + np.array(found[piece.name]["times"], dtype=np.float64)
     return {key: Batch(values=np.array(r, dtype=np.float64), times=times[key]) for key, r in rows.items()}
+
+
+def _at_most(episodes: int, fewer: Mapping[str, int], *names: str) -> int:
+    return min([episodes, *(fewer[name] for name in names if name in fewer)])
 
 
 def _known(field_name: str, name: str, known: Mapping[str, Any]) -> None:

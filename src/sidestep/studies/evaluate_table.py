@@ -117,10 +117,12 @@ def _row(condition: str, navigator: str, batch: Batch, seed: int) -> dict[str, A
 
 def _compared(name: str, own: Batch, other: Batch) -> dict[str, Any]:
     """Paired by seed: who collided where the other did not, and how much longer the same trips took."""
-    a, b = own.column("collision_moving") > 0, other.column("collision_moving") > 0
-    times = own.column("time_to_goal") / other.column("time_to_goal")
+    n = min(len(own.values), len(other.values))  # whoever has fewer episodes has the first ones
+    a, b = own.column("collision_moving")[:n] > 0, other.column("collision_moving")[:n] > 0
+    times = own.column("time_to_goal")[:n] / other.column("time_to_goal")[:n]
     return {
         "navigator": name,
+        "pairs": n,
         "collided_alone": int((a & ~b).sum()),
         "other_collided_alone": int((b & ~a).sum()),
         "mcnemar_p": mcnemar(int((a & ~b).sum()), int((b & ~a).sum())),
