@@ -227,3 +227,29 @@ def test_a_steady_walker_is_planned_for_as_somebody_who_may_still_do_anything() 
     fixed = sidestep.HumanModel(online_randomness=False, randomness=0.01)
     plan = planner(human=fixed).step(time=0.0, robot=ROBOT, people=[person(-3.0, -3.0)])
     assert plan.people["a"].randomness == 0.01
+
+
+def in_a_corridor(recourse: float | None) -> tuple[sidestep.Plan, sidestep.Plan]:
+    """The plans for a person who comes down the middle of a corridor, and for one who has come near."""
+    wall = [(-20.0, 1.5), (20.0, 1.5), (20.0, 1.8), (-20.0, 1.8)]
+    walls = sidestep.Obstacles(polygons=[wall, [(x, -y) for x, y in wall]])
+    one = planner(obstacles=walls, goal=(8.0, 0.0), horizon=8, recourse=recourse)
+    plans = []
+    for k in range(8):
+        robot = sidestep.RobotState(position=(-0.2 * k, -1.0))
+        plans.append(one.step(time=0.2 * k, robot=robot, people=[person(4.0 - 0.2 * k, 0.1, velocity=(-1.0, 0.0))]))
+    return plans[0], plans[-1]
+
+
+def test_the_robot_does_not_give_way_for_what_it_will_see_in_time() -> None:
+    frozen = in_a_corridor(None)[1]
+    assert frozen.status == "certified"
+    assert frozen.positions[-1, 0] < frozen.positions[0, 0]  # gives way, step after step
+    going = in_a_corridor(1.0)[1]
+    assert going.status == "least_risk"
+    assert "going on" in going.reason
+    assert going.positions[-1, 0] > going.positions[0, 0] + 2.0
+    assert (going.risk[:2] <= going.risk_limit).all()
+    assert (going.risk > going.risk_limit).any()
+    with pytest.raises(sidestep.InvalidInput, match="recourse"):
+        planner(recourse=-1.0)

@@ -104,9 +104,10 @@ def test_motion_cost_is_its_sums(generator, d):
     path[3] = path[2]  # stands still during one step
     effort, at_goal = generator.uniform(0.1, 1.0, d), generator.uniform(0, 3, STEPS)
     risk = generator.uniform(0, 0.1, 2 * STEPS)
-    found = motion_cost(path, at_goal, 0.7, effort, 0.5, risk, 15.0, 1e3, 0.05, 1 / 3)
+    steep = np.where(np.arange(STEPS) < 2, 1e3, 50.0)
+    found = motion_cost(path, at_goal, 0.7, effort, 0.5, risk, 15.0, steep, 0.05, 1 / 3)
     velocities = np.diff(path, axis=0) / 0.5
-    price = (15.0 * risk + 1e3 * np.maximum(risk - 0.05, 0)).reshape(-1, 2).sum(axis=1)
+    price = (15.0 * risk + np.repeat(steep, 2) * np.maximum(risk - 0.05, 0)).reshape(-1, 2).sum(axis=1)
     price[2] /= 3
     assert found == pytest.approx(at_goal.sum() + 0.7 * at_goal[-1] + (effort * velocities**2).sum() + price.sum())
     assert top_speed(path, 0.5, False) == pytest.approx(np.linalg.norm(velocities, axis=1).max())

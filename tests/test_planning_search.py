@@ -73,6 +73,7 @@ def made_case(seed, d, horizon, radius, shape, *, walls, midway, steep):
             boxes.append(solid[np.ix_(*[2 * span + s + centre for s in shifts])])
         halfway = np.stack(boxes).reshape((2**d, *(1,) * (3 - d), *(2 * h + 1,) * d))
     given_["effort"][0] = 0.0
+    given_["steep"] = steep = steep * rng.uniform(0.1, 1.0, horizon)  # of each step
     starts = np.zeros(2 * horizon + 2, dtype=np.int64)
     values = []
     for b in range(1, 2 * horizon + 1):
@@ -315,7 +316,7 @@ def test_search_in_other_dimensions(d):
 
 
 def test_resolution_falls_with_the_horizon_and_taps_start_with_standing():
-    assert resolution(5, 2, "disc") == 4
+    assert resolution(5, 2, "disc") == 5
     assert resolution(50, 2, "box") < resolution(20, 2, "box")
     assert resolution(200, 3, "box") == 2
     for d in (1, 2, 3):

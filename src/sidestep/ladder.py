@@ -19,6 +19,9 @@ from sidestep.planning.search import search
 from sidestep.situation import Situation
 from sidestep.types import FloatArray, Path, Status
 
+_GIVEN_UP = 0.5  # a motion that gains less than this share of the open way gives way
+_AT_GOAL = 0.01  # m, within which there is no way left to give up
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
@@ -68,7 +71,7 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
         best = judged(now, path, known)
         seen, made = best.foreseen, made + best.rounds
         if best.status == "certified":
-            return replace(best, rounds=made)
+            return _going_on(now, replace(best, rounds=made))
     return replace(_least_risk(now, seen, best), rounds=made)
 
 
@@ -85,6 +88,30 @@ def judged(now: Situation, path: Path, known: Forecast | None) -> Outcome:
         foreseen=after,
         rounds=1 if known is None else 0,
     )
+
+
+def _going_on(now: Situation, safe: Outcome) -> Outcome:
+    """The certified motion; where it gives up the way to the goal, one that goes on as long as it can still change.
+
+    Uncertainty grows with the time ahead, and what will be seen meanwhile is not in the prediction. So beyond some
+    horizon every way past somebody may exceed the limit, and the only certified motion is to give way until there is
+    room: the "freezing robot" (Trautman and Krause 2010). A motion that keeps the limits until `recourse`, and is
+    charged for what exceeds them later, is judged again before it comes to that.
+    """
+    steps, reach = now.recourse_steps, now.around.horizon * now.settings.time_step * now.robot.planning_speed
+    open_way = now.distance(now.start)
+    gained = open_way - now.distance(safe.path[-1])
+    if steps is None or gained >= _GIVEN_UP * min(reach, open_way) - _AT_GOAL:
+        return safe
+    path = _motion(now, replace(now.problem_under(safe.foreseen), graded=True))
+    if path is None:
+        return safe
+    onward = judged(now, path, safe.foreseen if safe.foreseen.foretells(path) else None)
+    first = np.diff(path[:2], axis=0) / now.settings.time_step
+    kept = onward.risk[: 2 * steps].max() <= now.settings.risk_limit
+    if not kept or not np.isfinite(now.problem_under(onward.foreseen).first_step_costs(first)[0]):
+        return safe
+    return min(safe, replace(onward, rounds=safe.rounds + onward.rounds), key=lambda outcome: _price(now, outcome))
 
 
 def _motion(now: Situation, problem: PlanningProblem) -> Path | None:

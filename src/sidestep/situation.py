@@ -61,6 +61,14 @@ class Situation:
         """Instants of the robot's motion that people anticipate."""
         return self.around.horizon + max((s.look_ahead for s in self.everybody), default=1)
 
+    @property
+    def recourse_steps(self) -> int | None:
+        """Steps after which exceeding the limit costs less, since it will be judged again; None: no such step."""
+        s = self.settings
+        if s.recourse is None or s.risk_rule != "mass" or self.wish is not None:
+            return None
+        return max(round(s.recourse / s.time_step), 1)
+
     def check(self) -> None:
         """Raise `OutOfTime` when no further kernel may be started."""
         if perf_counter() > self.stop_by:
@@ -98,6 +106,7 @@ class Situation:
             rule=settings.risk_rule,
             risk_limit=settings.risk_limit,
             soft_risk_weight=settings.soft_risk_weight,
+            recourse_steps=self.recourse_steps,
             first_step=seen.first_step,
             obstacles=self.around.obstacles,
             margin=robot.planning_radius,
@@ -108,6 +117,12 @@ class Situation:
             wish=self.wish,
             wish_weight=0.0 if self.wish is None else _WISH * self.around.horizon,
         )
+
+    def distance(self, place: Vector) -> float:
+        """Return m from `place` to the goal, around walls."""
+        if self.field is not None:
+            return float(self.field.at(place[None])[0])
+        return float(np.linalg.norm(self.goal - place))
 
     def wished(self) -> list[Path]:
         """Return motions (N+1, d) m that begin as wished: then standing, and going on."""

@@ -37,10 +37,10 @@ def sequence_cost(sequence, given):
         end, mid = given["risk"][2 * k + 2], given["risk"][2 * k + 1]
         if end is not None:
             risk = end[tuple(there + end.shape[0] // 2)]
-            total += share * charge(risk, given["weights"][0], given["limit"], given["steep"])
+            total += share * charge(risk, given["weights"][0], given["limit"], given["steep"][k])
         if mid is not None:
             risk = halfway_mean(mid, mid.shape[0] // 2, here, there)
-            total += share * charge(risk, given["weights"][1], given["limit"], given["steep"])
+            total += share * charge(risk, given["weights"][1], given["limit"], given["steep"][k])
         wall = given["wall"] if k > 0 else None
         if wall is not None and (wall(2 * there) or wall(here + there)):
             return np.inf

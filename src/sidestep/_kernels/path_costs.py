@@ -44,7 +44,7 @@ def motion_cost(
     time_step: float,
     risk: FloatArray,
     soft: float,
-    steep: float,
+    steep: FloatArray,
     limit: float,
     standing_share: float,
 ) -> float:
@@ -58,7 +58,7 @@ def motion_cost(
         time_step: s.
         risk: (2N,) at half instants 1..2N.
         soft: cost per unit probability and half instant.
-        steep: further cost per unit above `limit`.
+        steep: (N,) further cost per unit above `limit`, at each step and midway to it.
         limit: risk limit.
         standing_share: part of the risk's cost that standing still is charged.
     """
@@ -74,7 +74,7 @@ def motion_cost(
         charged = soft * (risk[2 * k] + risk[2 * k + 1])
         for n in range(2 * k, 2 * k + 2):
             if risk[n] > limit:
-                charged += steep * (risk[n] - limit)
+                charged += steep[k] * (risk[n] - limit)
         total += at_goal[k] + moved + (standing_share if standing else 1.0) * charged
     return total
 

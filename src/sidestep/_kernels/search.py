@@ -16,7 +16,7 @@ from sidestep._kernels.search_costs import (
     sizes,
     standing,
 )
-from sidestep.types import IntArray
+from sidestep.types import FloatArray, IntArray
 
 TILE = 4096
 """Costs that are lowered together; they stay in the nearest cache while tap after tap passes."""
@@ -92,7 +92,7 @@ def solve(
     some: NDArray[np.bool_],
     weights: tuple[float, float],
     limit: float,
-    steep: float,
+    steep: FloatArray,
     share: float,
 ) -> tuple[float, IntArray]:
     """Find the cheapest sequence of taps from the centre of the lattice.
@@ -106,7 +106,8 @@ def solve(
             Walls do not count for the first step: `first` judges it.
         risk, starts, some: as `rasterise_all` returns them.
         weights: cost per unit probability at the steps and halfway.
-        limit, steep: see `charge`; share: part of the risk's cost that standing still is charged.
+        limit: see `charge`; steep: (N,) see `charge`, of each step.
+        share: part of the risk's cost that standing still is charged.
 
     Returns:
         total cost (inf: no admissible sequence) and the (N,) indices of the taps.
@@ -131,12 +132,12 @@ def solve(
         free = blocked_halfway[:0] if k == 0 else blocked_halfway
         following = arrive[begin[k + 1] : begin[k + 2]]
         value = arrive[begin[k] : begin[k + 1]]
-        standing(k, radius, active, stage, end, mid, weights, limit, steep, share, following, value)
+        standing(k, radius, active, stage, end, mid, weights, limit, steep[k], share, following, value)
         walls = blocked[:0] if k == 0 else blocked
-        arrival_costs(k + 1, radius, active, stage, end, walls, weights[0], limit, steep, following)
+        arrival_costs(k + 1, radius, active, stage, end, walls, weights[0], limit, steep[k], following)
         use = mid.size > 0 or free.size > 0
         if use:
-            halfway_costs(k, radius, active, mid, free, weights[1], limit, steep, halfway)
+            halfway_costs(k, radius, active, mid, free, weights[1], limit, steep[k], halfway)
         if k > 0:
             block_standing(k, radius, active, walls, value)
             _sweep(k, radius, active, taps, effort, following, halfway, use, value)
@@ -180,7 +181,7 @@ def _walk(
     some: NDArray[np.bool_],
     weights: tuple[float, float],
     limit: float,
-    steep: float,
+    steep: FloatArray,
     share: float,
     arrive: Costs,
     begin: IntArray,
@@ -202,7 +203,7 @@ def _walk(
             cost = float(effort[t]) + float(arrive[begin[k + 1] + end])
             part = share if t == 0 else 1.0
             if t == 0 and some[2 * k + 2]:
-                excess = charge(float(risk[starts[2 * k + 2] + end]), weights[0], limit, steep)
+                excess = charge(float(risk[starts[2 * k + 2] + end]), weights[0], limit, steep[k])
                 if excess < np.inf:
                     cost -= (1.0 - share) * excess
             parity = (((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2])) + (c & 1)
@@ -211,7 +212,7 @@ def _walk(
             q2 = y2 + (c >> 1) + m * active[2]
             if some[2 * k + 1]:
                 seen = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, m * active, risk[starts[2 * k + 1] :])
-                cost += part * charge(seen, weights[1], limit, steep)
+                cost += part * charge(seen, weights[1], limit, steep[k])
             if k == 0:
                 cost += first[t]
             elif blocked_halfway.size > 0:

@@ -123,7 +123,7 @@ def corridor(
 
 @njit(cache=True)
 def soft_slope(
-    slope: FloatArray, level: FloatArray, soft: float, steep: float, limit: float, dimension: int
+    slope: FloatArray, level: FloatArray, soft: float, steep: FloatArray, limit: float, dimension: int
 ) -> FloatArray:
     """Slope (N, d) of the soft risk at steps 1..N, half of what is charged midway reckoned to either side.
 
@@ -131,14 +131,14 @@ def soft_slope(
         slope: (2N, 3) per cell, with
         level: (2N,), of `corridor`.
         soft: price of a unit of risk at a half instant.
-        steep: further price above `limit`.
+        steep: (N,) further price above `limit`, at each step and midway to it.
         limit: risk limit.
         dimension: d.
     """
     steps = level.size // 2
     out = np.zeros((steps, dimension))
     for n in range(level.size):
-        price = soft + (steep if level[n] > limit else 0.0)
+        price = soft + (steep[n // 2] if level[n] > limit else 0.0)
         for a in range(dimension):
             rise = price * slope[n, 3 - dimension + a]
             if n % 2 == 1:

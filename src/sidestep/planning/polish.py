@@ -158,9 +158,9 @@ def _risk_surroundings(problem: PlanningProblem, places: FloatArray, maps: Searc
     room, slope, level = corridor(
         cells, _rays(d), 1.5, maps.radius, maps.active, rasters.values, rasters.starts, rasters.some, float(limit)
     )
-    steep = problem.steep_risk_weight if problem.graded else 0.0
     share = problem.half_share / maps.spacing
-    gradient = soft_slope(slope, level, share * problem.soft_risk_weight, share * steep, float(limit), d)
+    steep = share * problem.excess_weights
+    gradient = soft_slope(slope, level, share * problem.soft_risk_weight, steep, float(limit), d)
     return room * maps.spacing, gradient
 
 

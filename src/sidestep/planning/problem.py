@@ -44,6 +44,7 @@ class PlanningProblem:
         rule: see `sidestep.prediction.collision`; risk_limit: P_th.
         soft_risk_weight: λ, cost per unit probability and step, half of it charged midway.
         steep_risk_weight: cost per unit probability above the limit where the problem is `graded`.
+        recourse_steps: steps after which it is `later_risk_weight` instead; None: never.
         graded: no plan is forbidden for its risk; used when no plan respects the limit.
         standing_share: part of the risk's cost that standing still is charged.
         first_step: limits the risk until the next call, swept exactly; None: no such limit.
@@ -70,6 +71,8 @@ class PlanningProblem:
     risk_limit: float = 0.02
     soft_risk_weight: float = 0.0
     steep_risk_weight: float = 1e4
+    recourse_steps: int | None = None
+    later_risk_weight: float = 100.0
     graded: bool = False
     standing_share: float = 1.0 / 3.0
     first_step: FirstStep | None = None
@@ -96,6 +99,14 @@ class PlanningProblem:
     def effort_weights(self) -> FloatArray:
         """(d,) θ6."""
         return per_axis("planner.effort_weight", self.effort_weight, self.dimension)
+
+    @property
+    def excess_weights(self) -> FloatArray:
+        """(N,) cost per unit probability above the limit at each step; zeros where what exceeds it is forbidden."""
+        weights = np.full(self.horizon, self.steep_risk_weight if self.graded else 0.0)
+        if self.graded and self.recourse_steps is not None:
+            weights[self.recourse_steps :] = self.later_risk_weight
+        return weights
 
     @property
     def half_share(self) -> float:
@@ -135,7 +146,7 @@ class PlanningProblem:
         seen = np.zeros(2 * (len(path) - 1)) if nothing else self.risk_along(path) if risk is None else risk
         total = motion_cost(
             path, self.goal_costs(path[1:]), self.terminal_weight, self.effort_weights, self.time_step, seen,
-            self.half_share * self.soft_risk_weight, self.half_share * self.steep_risk_weight if self.graded else 0.0,
+            self.half_share * self.soft_risk_weight, self.half_share * self.excess_weights,
             self.risk_limit, self.standing_share,
         )  # fmt: skip
         first = (path[1:2] - path[:1]) / self.time_step

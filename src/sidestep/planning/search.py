@@ -80,8 +80,8 @@ def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
 
 def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float) -> SearchResult:
     """One backward induction and the exact evaluation of what it found."""
-    steep = problem.steep_risk_weight if problem.graded else math.inf
     share = problem.half_share
+    steep = share * problem.excess_weights if problem.graded else np.full(problem.horizon, math.inf)
     total, chosen = solve(
         problem.horizon,
         maps.radius,
@@ -98,7 +98,7 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
         maps.rasters.some,
         (share * weight, share * weight),
         limit * (1 + 1e-6) + 1e-9,
-        share * steep,
+        steep,
         problem.standing_share,
     )
     feasible = bool(np.isfinite(total))

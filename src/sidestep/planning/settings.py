@@ -33,6 +33,9 @@ class PlannerSettings:
         first_step_limit: P(closer than contact + 0.05 m at any time until the next call) of the first action, or None.
         least_randomness: ω in [0, 1] that is planned for at least where ω is learned online: somebody who has walked
             steadily so far may still do anything (method §8); what is learned stays as it is.
+        recourse: s until which a motion must keep the limits where every motion that keeps them to the end gives up the
+            way to the goal; what exceeds them later is charged, since it is judged again before. None: no such way out
+            (the paper). Rule "mass" only; such a plan has the status "least_risk".
         rounds: predictions under the own plan at most (≥ 1).
         polish: refine the lattice motion continuously.
         search_resolution: robot lattice cells per step at full speed, K; None chooses by horizon and dimension.
@@ -46,15 +49,16 @@ class PlannerSettings:
     time_step: float = 0.5
     horizon: int = 8
     risk_rule: RiskRule = "mass"
-    risk_limit: float = 0.02
+    risk_limit: float = 0.05
     clearance: float | None = None
     goal_weight: float | tuple[float, ...] = 1.0
     goal_cost: Literal["squared", "distance"] = "distance"
     effort_weight: float | tuple[float, ...] = 0.02
-    soft_risk_weight: float = 15.0
+    soft_risk_weight: float = 6.0
     midway: bool = True
     first_step_limit: float | None = 0.01
     least_randomness: float = 0.09
+    recourse: float | None = 1.0
     rounds: int = 3
     polish: bool = True
     search_resolution: int | None = None
@@ -82,7 +86,7 @@ class PlannerSettings:
         for name in ("soft_risk_weight", "memory"):
             _within(name, getattr(self, name), "a finite number ≥ 0", least=0.0)
         _within("least_randomness", self.least_randomness, "a probability, 0 to 1", least=0.0, most=1.0)
-        for name in ("clearance", "deadline"):
+        for name in ("clearance", "deadline", "recourse"):
             if getattr(self, name) is not None:
                 _within(name, getattr(self, name), "a finite number > 0, or none", above=0.0)
         for name in ("first_step_limit", "signal_belief"):

@@ -82,6 +82,11 @@ def contestants() -> Mapping[str, Contestant]:
         _ablation("no-filter", "measured positions as they are", human={"motion_filter": False}),
         _ablation("no-soft-risk", "risk below the limit is free", planner={"soft_risk_weight": 0.0}),
         _ablation("no-first-step", "the first step is not swept", planner={"first_step_limit": None}),
+        _ablation(
+            "no-recourse",
+            "limits hold to the end, even where the only such motion gives way",
+            planner={"recourse": None},
+        ),
         _ablation("no-midway", "only the samples are looked at", planner={"midway": False}),
     ]
     return {c.name: c for c in every}

@@ -40,7 +40,7 @@ class Situation:
     taken: int = 0
     keeping: float | None = None
     risk: float | None = None
-    limit: float = 0.02
+    limit: float = 0.05
     contact: float = 0.6
 
 
