@@ -46,7 +46,7 @@ def main(folder: Path) -> None:
             results.append((measure(record).min_distance, record.time[-1]))
         nearest, duration = np.array(results).T
         print(f"{name}: nearest {nearest.min():.2f} m in six runs, on average {duration.mean():.1f} s")
-        axes.plot(nearest, duration, "o", color=colour, label=name)
+        axes.plot(nearest, duration, "o", color=colour, alpha=0.5, label=name)
     axes.axvline(0.6, color="black", linestyle=":", label="contact")
     axes.legend()
     axes.figure.savefig(folder / "07_other_planner.png", dpi=120)

@@ -13,12 +13,20 @@ from sidestep.cli import BAD_INPUT, execute
 @pytest.mark.slow
 def test_evaluate_compares_navigators(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--conditions", "straight", "--navigators", "sidestep,stop-and-go", "--episodes", "2", "--workers", "1"]
-    assert execute(["evaluate", *options, "--out", str(tmp_path), "--json"]) == 0
+    page = tmp_path / "page.json"
+    fewer = ["--fewer", "stop-and-go=1"]
+    assert execute(["evaluate", *options, *fewer, "--out", str(tmp_path), "--page", str(page), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert [r["navigator"] for r in result["conditions"]] == ["sidestep", "stop-and-go"]
     for row in result["conditions"]:
         assert 0 <= row["collision_moving"] <= row["collision_moving_upper99"] <= 1
     assert (tmp_path / "results.json").is_file()
+    assert [r["episodes"] for r in result["pooled"]] == [2, 1]
+    written = json.loads(page.read_text())
+    assert written["command"] == " ".join(["sidestep", "evaluate", *options[:6], *fewer])
+    assert all(len(row) == len(t["header"]) for t in written["tables"] for row in t["rows"])
+    for figure in written["figures"]:
+        assert (tmp_path / figure["file"]).stat().st_size > 10_000
 
 
 @pytest.mark.slow
@@ -40,6 +48,7 @@ def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 @pytest.mark.parametrize(
     ("arguments", "names"),
     [
+        (["evaluate", "--fewer", "mpc:3", "--out", "OUT"], "NAME=COUNT"),
         (["evaluate", "--conditions", "strait", "--out", "OUT"], "straight"),
         (["reproduce", "--claims", "IV-A-shortr", "--out", "OUT"], "IV-A-shorter"),
     ],

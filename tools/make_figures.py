@@ -18,6 +18,7 @@ sys.path.insert(0, str(ROOT / "tools" / "figures"))
 import method_pictures  # noqa: E402
 import run_pictures  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
+from PIL import Image  # noqa: E402
 
 from sidestep.viewer.animation import animate  # noqa: E402
 from sidestep.viewer.figures import save_figure  # noqa: E402
@@ -47,6 +48,18 @@ def main(names: list[str]) -> None:
             print(f"{name}.mp4", flush=True)
     if not names or "examples" in names:
         subprocess.run([sys.executable, str(ROOT / "tools" / "run_examples.py"), str(FOLDER / "examples")], check=True)
+        for picture in sorted((FOLDER / "examples").glob("*.png")):
+            slim(picture)
+
+
+def slim(picture: Path, *, most: int = 150_000, width: int = 1200) -> None:
+    """Make a picture of more than `most` bytes smaller: at most `width` pixels wide, a palette of 128 colours."""
+    if picture.stat().st_size <= most:
+        return
+    with Image.open(picture) as whole:
+        smaller = whole.convert("RGB")
+    smaller.thumbnail((width, 4 * width))
+    smaller.quantize(128).save(picture, optimize=True)
 
 
 if __name__ == "__main__":

@@ -59,7 +59,7 @@ def evaluate(
         engine: joblib (this machine) or ray (a cluster).
         address: of the Ray cluster.
         out: folder for results.json and finished pieces.
-        page: JSON file to write for the pages of evidence, with the figures in ../../figures (calibration, people).
+        page: JSON file to write for the pages of evidence, with the figures in ../../figures.
         json: print one JSON object and nothing else.
     """
     import json as text
@@ -108,6 +108,12 @@ def evaluate(
         result = _compared(quick, conditions, navigators, episodes, _counts(fewer), seed, jobs, engine, address, folder)
         rows = [_line(row) for row in result["conditions"]]
         header = ("condition", "navigator", "n", "moving contacts", "99 % bound", "standing", "success", "time s")
+        if page is not None:
+            from sidestep.commands.evaluate_report import write_peers_page
+
+            asked = {"conditions": conditions, "navigators": navigators, "episodes": episodes, "fewer": fewer}
+            command = " ".join(["sidestep evaluate", *(f"--{k} {v}" for k, v in asked.items() if v)])
+            write_peers_page(result, page, command)
     with written(folder / ("calibration.json" if calibration else "results.json")) as file:
         file.write(text.dumps(plain(result), indent=1).encode())
     if json:
@@ -136,7 +142,7 @@ def _compared(
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.studies.conditions import conditions as every_condition
     from sidestep.studies.evaluate import evaluate as run
-    from sidestep.studies.evaluate_table import aims, condition_rows, price_of_unconcern
+    from sidestep.studies.evaluate_table import aims, condition_rows, pooled, price_of_unconcern
     from sidestep.studies.opponents import contestants
 
     peers = all(find_spec(name) is not None for name in ("pyrvo", "navground", "casadi"))
@@ -169,6 +175,7 @@ def _compared(
     return {
         "conditions": rows,
         "aims": aims(rows),
+        "pooled": pooled(found),
         "price_of_unconcern": price_of_unconcern(found),
         "skipped": [list(s) for s in skipped],
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, TypeVar
 
@@ -168,8 +169,7 @@ def _with_ray(
         raise MissingExtra("--engine ray", "ray") from None
     mine = not ray.is_initialized()
     if mine:
-        local: dict[str, Any] = {} if address else {"num_cpus": workers, "include_dashboard": False}
-        ray.init(address=address, log_to_driver=False, **local)
+        start_ray(ray, workers, address)
     try:
         remote: Any = ray.remote(max_retries=ATTEMPTS)(_numbered)
         waiting = [remote.remote(work, i, piece) for i, piece in enumerate(pieces)]
@@ -184,6 +184,15 @@ def _with_ray(
     finally:
         if mine:
             ray.shutdown()
+
+
+def start_ray(ray: Any, workers: int, address: str | None) -> None:
+    """Join the cluster at `address`, or start one of `workers` processes here that reports to nobody."""
+    if address is not None:
+        ray.init(address=address, log_to_driver=False)
+        return
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False)
 
 
 def _numbered(work: Callable[[Piece], Result], number: int, piece: Piece) -> tuple[int, Result]:

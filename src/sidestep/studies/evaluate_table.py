@@ -73,6 +73,27 @@ def aims(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return found
 
 
+def pooled(evaluation: Evaluation) -> list[dict[str, Any]]:
+    """Return one row per navigator over all conditions that it ran in, each condition counting alike for the time."""
+    found: list[dict[str, Any]] = []
+    for navigator in dict.fromkeys(n for _, n in evaluation.batches):
+        own = [batch for (_, n), batch in evaluation.batches.items() if n == navigator]
+        count = int(sum(batch.column("collision_moving").sum() for batch in own))
+        episodes = sum(len(batch.values) for batch in own)
+        ratios = [_mean(batch.column("time_to_goal") / batch.column("shortest_time")) for batch in own]
+        found.append(
+            {
+                "navigator": navigator,
+                "conditions": len(own),
+                "episodes": episodes,
+                "collision_moving": count / episodes,
+                "collision_moving_ci99": list(clopper_pearson(count, episodes)),
+                "time_ratio": _plain(_mean(np.array(ratios))),
+            }
+        )
+    return found
+
+
 def price_of_unconcern(evaluation: Evaluation, navigator: str = OURS) -> dict[str, float]:
     """Return per size of crowd the mean time among unconcerned people over that among concerned ones."""
     prices: dict[str, float] = {}

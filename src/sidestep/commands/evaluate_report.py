@@ -1,0 +1,123 @@
+"""The page of evidence of `sidestep evaluate` against other navigators."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+Row = Mapping[str, Any]
+
+_COLUMNS = (
+    ("navigator", "navigator", ""), ("episodes", "n", ""), ("collision_moving", "contact moving", ".3f"),
+    ("collision_moving_upper99", "≤ (99 %)", ".3f"), ("collision_standing", "standing", ".3f"),
+    ("success", "success", ".3f"), ("time_to_goal", "time to goal, s", ".2f"), ("spl", "SPL", ".3f"),
+    ("min_distance_p5", "nearest (5 %), m", ".2f"), ("time_personal", "in personal space, s", ".2f"),
+    ("acceleration", "acceleration, m/s²", ".2f"), ("plan_ms_p95", "plan (95 %), ms", ".1f"),
+)  # fmt: skip
+_LEAD = (
+    "Everybody meets the same people, with the same sensor, the same limits and the same seeds, on a trip of 10 m. "
+    "Bodies touch below 0.6 m between centres; a contact counts as *moving* when the robot moved as it began, or moved "
+    "on toward the person. People follow other models than the predictor's: straight lines, ORCA, social force, random "
+    "steps. Nobody's goal is told, and nobody's coming step shows in their velocity.",
+    "What we aim at: moving contacts at most 0.05 to the upper 99 % bound in every condition (90 episodes without one "
+    "are needed for that; fewer cannot show it, whatever happened in them), and a time to goal within 5 % of the "
+    "fastest opponent that collides in less than 20 % of its episodes.",
+)
+
+
+def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> None:
+    """Write the page of evidence with its figures.
+
+    Args:
+        result: of the command: "conditions", "aims", "pooled", "price_of_unconcern".
+        page: JSON file for the site.
+        command: that makes it again.
+    """
+    from sidestep.commands.evidence import Picture, write_evidence
+    from sidestep.studies.conditions import conditions
+    from sidestep.viewer.figure_peers import by_condition_figure, overall_figure
+
+    rows, aims, pooled = result["conditions"], result["aims"], result["pooled"]
+    drivers = [row["navigator"] for row in pooled]
+    words = {name: c.description for name, c in conditions().items()}
+    tables = [
+        {"title": "What was aimed at", "header": ["condition", "n", "contact ≤ (99 %)", "reached",
+         "fastest safe opponent", "time by its time", "within 5 %", "McNemar p"],
+         "rows": [_aim(a, rows) for a in aims]},
+        {"title": "Over all conditions", "header": ["navigator", "conditions", "episodes", "contact moving",
+         "99 % interval", "time by shortest"], "rows": [_whole(row) for row in pooled]},
+    ]  # fmt: skip
+    for name in dict.fromkeys(row["name"] for row in rows):
+        body = [[_text(row.get(key), form) for key, _, form in _COLUMNS] for row in rows if row["name"] == name]
+        tables.append({"title": f"{name}: {words[name]}", "header": [head for _, head, _ in _COLUMNS], "rows": body})
+    pictures = [
+        Picture(
+            file="peers-overall.png",
+            alt="Share of episodes with a moving contact, with exact 99 % intervals, over the mean time to goal, one "
+            "mark per navigator.",
+            figure=overall_figure(pooled),
+        ),
+        Picture(
+            file="peers-conditions.png",
+            alt="Per condition: moving contacts of ours, to the 99 % bound, and of others; our time by the fastest "
+            "safe opponent's.",
+            figure=by_condition_figure(rows, aims, drivers[:5]),
+        ),
+    ]
+    write_evidence(
+        page,
+        title="Against other planners",
+        lead=_LEAD,
+        command=command,
+        tables=tables,
+        pictures=pictures,
+        remarks=_remarks(result),
+    )
+
+
+def _aim(aim: Row, rows: Sequence[Row]) -> list[Any]:
+    own = next(r for r in rows if r["name"] == aim["name"] and r["navigator"] == "sidestep")
+    against = own.get("against")
+    return [
+        aim["name"],
+        own["episodes"],
+        _text(aim["collision_moving_upper99"], ".3f"),
+        aim["safe"],
+        aim["fastest_opponent"],
+        _text(aim["time_ratio"], ".3f"),
+        aim["fast"],
+        None if against is None else _text(against["mcnemar_p"], ".2g"),
+    ]
+
+
+def _whole(row: Row) -> list[Any]:
+    low, high = row["collision_moving_ci99"]
+    return [
+        row["navigator"],
+        row["conditions"],
+        row["episodes"],
+        _text(row["collision_moving"], ".3f"),
+        f"{low:.3f} to {high:.3f}",
+        _text(row["time_ratio"], ".3f"),
+    ]
+
+
+def _remarks(result: Mapping[str, Any]) -> list[str]:
+    aims = result["aims"]
+    safe, fast = sum(a["safe"] for a in aims), sum(bool(a["fast"]) for a in aims)
+    judged = sum(a["fast"] is not None for a in aims)
+    lines = [
+        f"The bound on moving contacts is reached in {safe} of {len(aims)} conditions, the time in {fast} of {judged}; "
+        "in the others no opponent collides in less than 20 %.",
+        "Who is expensive had fewer episodes, the first ones of the others; pairs are compared on those that both had.",
+    ]
+    prices = result["price_of_unconcern"]
+    if prices:
+        told = ", ".join(f"{name} {price:.2f}" for name, price in prices.items())
+        lines.append(f"Price of unconcern, our mean time among the unconcerned by that among the concerned: {told}.")
+    return lines
+
+
+def _text(value: Any, form: str) -> str:
+    return "–" if value is None else format(value, form) if form else str(value)
