@@ -12,7 +12,7 @@ from sidestep.human.model import HumanModel
 from sidestep.simulation.recordings import Recording, Track
 from sidestep.studies.people_baseline import fit_baseline
 from sidestep.studies.people_features import Features, features
-from sidestep.studies.people_fit import MOST, fit_features, uninformed
+from sidestep.studies.people_fit import fit_features, uninformed
 from sidestep.studies.people_grid import Density, Score, masses, mean_scores, reach_of, score
 from sidestep.studies.people_samples import HORIZONS, PAST, Moment, Watcher, moments
 
@@ -20,7 +20,7 @@ SCORED = (0.4, 1.2, 2.4, 3.6, 4.8)
 """Seconds ahead at which predictions are scored."""
 BASELINE = "constant-velocity"
 _INDICES = [HORIZONS.index(h) for h in SCORED]
-FOLD_ITERATIONS = 15  # of a fit to the other scenes, which starts from round numbers
+FOLD_ITERATIONS, FOLD_MOMENTS = 12, 400  # of a fit to the other scenes, which starts from round numbers
 FOLDS = 30  # more scenes than this are put together by the first part of their names
 NEGLIGIBLE = 3e-7  # mass of a lattice cell and class that is left out of the mixture
 
@@ -145,7 +145,7 @@ def _quick(recording: Recording, model: HumanModel, kinds: Sequence[str], every:
 
 def _sample(found: Sequence[Moment], seed: int) -> Features:
     generator = np.random.Generator(np.random.PCG64(seed))
-    chosen = np.sort(generator.permutation(len(found))[:MOST])
+    chosen = np.sort(generator.permutation(len(found))[:FOLD_MOMENTS])
     return features([found[i] for i in chosen], _INDICES)
 
 

@@ -1,6 +1,7 @@
 """Through recorded crowds. Recorded people never react: everybody is unconcerned by construction.
 
-A trip counts where a blind robot, straight at full speed, would have touched somebody.
+A trip counts where a blind robot, straight at full speed, would have touched somebody, and where nobody's track begins
+in the middle of the way: no planner avoids people who come out of nothing.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ ROOM = 1.0  # m to everybody at the start
 PATIENCE = 4.0  # times the shortest time
 TRODDEN = 1.0  # m: start and goal lie within this of where somebody walked
 PERIOD = 0.1  # s between two calls
+SUDDEN = 1.5  # m from the straight way: nobody's track begins there during a trip
 ATTEMPTS = 400  # per wanted trip
 
 
@@ -174,7 +176,7 @@ def _worthwhile(
     t = np.arange(0.0, length / SPEED, 0.1)
     robot = start + (goal - start) * (t * SPEED / length)[:, None]
     present = list(recording.between(time, time + PATIENCE * length / SPEED))
-    if not _ways(present, time, t, robot):
+    if not _ways(present, time, t, robot) or _sudden(present, time, robot):
         return False
     first = [track.at(time) for track in present]
     if any(np.linalg.norm(place - start) < ROOM for place in first):  # NaN, while absent, compares false
@@ -193,6 +195,12 @@ def _most_at_once(recording: Recording, start: float, end: float) -> int:
     present = list(recording.between(start, end))
     seen = (sum(t.time[0] <= at <= t.time[-1] for t in present) for at in np.arange(start, end, 0.5).tolist())
     return max(seen, default=0)
+
+
+def _sudden(present: Sequence[Track], time: float, way: FloatArray) -> bool:
+    """Whether somebody is first seen, after `time`, within `SUDDEN` of the way (K, 2) m."""
+    begins = np.array([track.positions[0] for track in present if track.time[0] > time]).reshape(-1, 1, 2)
+    return bool((np.linalg.norm(begins - way, axis=2) < SUDDEN).any())
 
 
 def _ways(present: Sequence[Track], time: float, t: FloatArray, robot: FloatArray) -> bool:
