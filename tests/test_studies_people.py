@@ -153,3 +153,24 @@ def test_trips_are_the_same_for_everybody_and_finished_ones_are_kept(tmp_path: P
     assert len(list(store.folder.iterdir())) == 4
     again = replay_study(file, ["stop-and-go", "chance"], trips=2, seed=1, store=store)
     assert again == rows  # planning times, too: nothing was run anew
+
+
+def test_nobody_comes_out_of_nothing_on_the_way_of_a_trip(tmp_path: Path) -> None:
+    from sidestep.io.tracks import read_recordings
+
+    file = crowd(tmp_path / "tracks.csv")
+    with file.open("a") as more:
+        for n in range(30):  # one every 2 s, somewhere, for 1 s
+            for k in range(5):
+                more.write(f"s,{2.0 * n + 0.2 * k:.1f},q{n},ped,{1.3 * n % 12:.2f},{0.7 * n % 8 - 4:.2f}\n")
+    recordings = read_recordings(file)
+    trips = choose_trips(file, recordings, trips=6, kinds=("ped",), seed=1)
+    assert trips
+    for trip in trips:
+        start, goal = np.array(trip.robot.start), np.array(trip.robot.goal)
+        way = start + np.linspace(0.0, 1.0, 400)[:, None] * (goal - start)
+        assert trip.recording is not None
+        begin = trip.recording.start
+        for t in recordings["s"].between(begin, begin + float(np.linalg.norm(goal - start))):
+            if t.time[0] > begin:
+                assert np.linalg.norm(way - t.positions[0], axis=1).min() > 1.4

@@ -71,9 +71,9 @@ def vehicle_of(recordings: Mapping[str, Recording], name: str | None) -> Vehicle
     from sidestep.studies.people_awareness import CAR, CART, ROBOT
 
     known = {"car": CAR, "cart": CART, "robot": ROBOT}
-    if name is not None:
-        return known[name]
     kinds = {track.kind for recording in recordings.values() for track in recording.tracks}
+    if name is not None:
+        return known[name] if kinds - {"ped"} else None
     return ROBOT if "robot" in kinds else CAR if kinds - {"ped"} else None
 
 
