@@ -42,7 +42,8 @@ def overall_figure(pooled: Sequence[Row]) -> Figure:
             label=row["navigator"],
         )
     axes.axhline(100 * AIM_COLLISION, color=style.LIMIT, ls=":", lw=1.2)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(bottom=-0.5)
+    axes.margins(x=0.1)
     style.style_axes(axes, x="mean time to goal over the shortest", y="episodes with a moving contact (%)")
     figure.legend(
         *axes.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=style.SMALL, frameon=False
@@ -69,20 +70,20 @@ def by_condition_figure(rows: Sequence[Row], aims: Sequence[Row], shown: Sequenc
     right.axvline(AIM_TIME, color=style.LIMIT, ls=":", lw=1.2)
     right.axvline(1.0, color=style.CROWD, lw=0.8)
     left.set_yticks(range(len(names)), names, fontsize=style.SMALL)
-    left.invert_yaxis()
+    left.set_ylim(len(names) - 0.4, -0.6)
     left.set_xlim(left=-1.0)
-    style.style_axes(left, x="episodes with a moving contact (%), bar: to the 99 % bound", y="")
+    style.style_axes(left, x="episodes with a moving contact (%)\nbar: ours to the 99 % bound", y="")
     style.style_axes(right, x="our time by that of the fastest\nopponent below 20 % contacts", y="")
-    figure.legend(
-        *left.get_legend_handles_labels(), loc="outside upper center", ncols=5, fontsize=style.SMALL, frameon=False
-    )
+    handles, labels = (part[::-1] for part in left.get_legend_handles_labels())
+    figure.legend(handles, labels, loc="outside upper center", ncols=5, fontsize=style.SMALL, frameon=False)
     return figure
 
 
 def _collisions(axes: Axes, rows: Sequence[Row], names: Sequence[str], navigator: str, number: int) -> None:
     """Rates of one navigator as marks; ours with a bar to the upper bound."""
     own = [row for row in rows if row["navigator"] == navigator]
-    at = [names.index(row["name"]) for row in own]
+    aside = 0.0 if number == 0 else 0.14 * (number - 2.5)  # none hides another
+    at = [names.index(row["name"]) + aside for row in own]
     rate = [100 * row["collision_moving"] for row in own]
     colour = style.ROBOT if number == 0 else style.PEOPLE[(number - 1) % len(style.PEOPLE)]
     if number == 0:
