@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sidestep.errors import InvalidInput
+from sidestep.human.observation import PersonObservation
 from sidestep.robots import RobotState
 from sidestep.simulation.assembly import obstacles_of
 from sidestep.simulation.lab import run_lab
@@ -185,3 +186,22 @@ def test_totals_count_only_who_had_to_react_and_pool_the_tracker():
     assert found["contacts_standing"] == 1
     assert found["tracker"] == pytest.approx({"precision": 0.8, "recall": 0.8, "id_switches": 0, "rmse_m": 0.1})
     assert lab_summary(runs, "concerned")["belief_correct"] == 1.0
+
+
+def test_who_stands_away_from_the_known_goal_is_not_said_to_be_on_the_way_there(monkeypatch):
+    """A track that was swapped onto somebody who stands must not make the robot wait for them to set out."""
+    found = senses([Doll((2.0, 0.0), (0.0, 0.0))], goals="known")
+    monkeypatch.setattr(found.tracker, "has_moved", lambda track: True)
+    goal = np.array(lab_room(LabSettings(goals="known")).destinations[0])
+
+    def told(time, place, speed):
+        seen = PersonObservation(id="1", position=place, velocity=(speed, 0.0))
+        return found._with_destination(seen, time).goal
+
+    away = goal + np.array([2.5, 0.0])
+    assert told(0.0, away, 0.0) is None  # never seen to walk
+    assert told(1.0, away, 0.8) is not None
+    assert told(4.0, away, 0.0) is not None  # waits for the robot to pass
+    assert told(6.0, away, 0.0) is None  # stays
+    assert told(60.0, goal + 0.3, 0.0) is not None  # has arrived
+    assert told(61.0, away, 0.8) is not None

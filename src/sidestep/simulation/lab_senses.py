@@ -25,6 +25,7 @@ from sidestep.types import FloatArray, Vector
 
 _WARM_UP = 2.0  # s that the robot looks around before it sets out
 _WALKS, _LINGERS = 0.35, 1.5  # m/s, s; who was slower than this for longer than that stands
+_STAYS, _THERE = 4.0, 1.0  # s that somebody may wait for the robot to pass; m, within which they have arrived
 _SLIP = 0.01  # of the way, and of the turn: standard deviation of each odometry step's error
 _TURN_PER_METRE = 0.01  # rad/m^½; heading error that driving adds
 
@@ -156,7 +157,9 @@ class LabSenses:
             return person
         if person.velocity is not None and np.hypot(*person.velocity) > _WALKS:
             self._walked[person.id] = time
-        if known == "candidates" and time - self._walked.get(person.id, -np.inf) > _LINGERS:
+        stood = time - self._walked.get(person.id, -np.inf)
+        there = np.hypot(*(person.position - self._destinations[0])) < _THERE
+        if stood > (_LINGERS if known == "candidates" else _STAYS) and not (known == "known" and there):
             return person
         return PersonObservation(
             id=person.id,
