@@ -56,10 +56,13 @@ _ALT = {
     "replay": "Share of trips with contact while moving, to its exact 99 % bound, over the time by the shortest.",
 }
 
-_REMARKS = [
-    "Recordings were smoothed by those who made them, and the same people occur in several scenes of CITR.",
-    "The baseline has errors of its own along and across the heading; ours are the same in every direction.",
-]
+_REMARKS = {
+    "prediction": "The baseline has errors of its own along and across the heading; ours are the same in every "
+    "direction. Recordings were smoothed by those who made them, and the same people occur in several scenes of CITR.",
+    "awareness": "Most encounters begin with a course that only just leads too close, so that *reacted* also counts "
+    'people whose step had wavered; the share of placebos that "reacted" says how often.',
+    "replay": "Nobody makes room for the robot here, so that waiting and going around is all that is left to it.",
+}
 
 
 def report(result: dict[str, Any], folder: Path, page: Path | None, command: str, *, json: bool) -> None:
@@ -110,7 +113,7 @@ def write_people_page(result: Mapping[str, Any], page: Path, command: str) -> No
         command=command,
         pictures=pictures,
         tables=tables,
-        remarks=_REMARKS,
+        remarks=[_REMARKS[study] for study, rows in result["people"].items() if rows],
     )
 
 
