@@ -52,7 +52,7 @@ def test_every_study_has_a_row_per_arm_as_long_as_its_header():
     for study in studies().values():
         assert study.header
         assert study.episodes >= 100
-    assert set(studies()) == {"robots", "filter", "signal", "goals"}
+    assert set(studies()) == {"robots", "filter", "signal", "goals", "lab", "lab-mujoco"}
 
 
 @pytest.mark.slow
