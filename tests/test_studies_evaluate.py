@@ -89,6 +89,10 @@ def test_the_expensive_get_fewer_episodes_and_are_paired_with_the_first():
     ours, yardstick = batch(time_to_goal=10.0), batch(time_to_goal=8.0)
     short = Batch(values=yardstick.values[:4], times=yardstick.times)
     rows = condition_rows(Evaluation(batches={("w", "sidestep"): ours, ("w", "orca"): short}, seed=0))
+    assert "against" not in rows[0]  # too few episodes for a yardstick
+    rows = condition_rows(
+        Evaluation(batches={("w", "sidestep-cells"): ours, ("w", "sidestep"): short, ("w", "orca"): short}, seed=0)
+    )
     assert rows[0]["against"]["pairs"] == 4
     assert rows[0]["against"]["time_ratio"] == pytest.approx(1.25)
     with pytest.raises(UnknownName, match="chance"):

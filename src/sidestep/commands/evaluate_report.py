@@ -110,7 +110,8 @@ def _remarks(result: Mapping[str, Any]) -> list[str]:
     lines = [
         f"The bound on moving contacts is reached in {safe} of {len(aims)} conditions, the time in {fast} of {judged}; "
         "in the others no opponent collides in less than 20 %.",
-        "Who is expensive had fewer episodes, the first ones of the others; pairs are compared on those that both had.",
+        "Who is expensive had fewer episodes, the first ones of the others; pairs are compared on those that both had, "
+        "and an opponent with fewer episodes than ours is no yardstick.",
     ]
     prices = result["price_of_unconcern"]
     if prices:

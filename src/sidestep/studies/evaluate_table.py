@@ -35,13 +35,18 @@ def condition_rows(evaluation: Evaluation) -> list[dict[str, Any]]:
 
 
 def best_opponent(condition: str, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
-    """Return the row of the fastest opponent that collides less than 20 %; None where there is none."""
+    """Return the row of the fastest opponent that collides less than 20 %; None where there is none.
+
+    One with fewer episodes than ours is no yardstick: other trips, and too few to say how often it collides.
+    """
     kinds = {name: c.kind for name, c in contestants().items()}
+    enough = max((r["episodes"] for r in rows if r["name"] == condition and r["navigator"] == OURS), default=0)
     fit = [
         r
         for r in rows
         if r["name"] == condition
         and kinds.get(r["navigator"]) == "opponent"
+        and r["episodes"] >= enough
         and r["collision_moving"] < TOO_OFTEN
         and r["success"] > 0.5
         and r["time_to_goal"] is not None
