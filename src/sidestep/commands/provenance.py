@@ -5,6 +5,8 @@ from __future__ import annotations
 import datetime
 import os
 import platform
+import shutil
+import subprocess
 from pathlib import Path
 
 
@@ -15,9 +17,18 @@ def provenance(command: str) -> dict[str, str]:
     return {
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
         "machine": machine(),
-        "version": sidestep.__version__,
+        "version": " ".join([sidestep.__version__, *_commit(Path(sidestep.__file__).parent)]),
         "command": command,
     }
+
+
+def _commit(folder: Path) -> list[str]:
+    """Return ["(commit …)"] where the program is a checkout, else []."""
+    git = shutil.which("git")
+    if git is None:
+        return []
+    asked = subprocess.run([git, "log", "-1", "--format=%h", "--", "."], cwd=folder, capture_output=True, text=True)
+    return [f"(commit {asked.stdout.strip()})"] if asked.returncode == 0 and asked.stdout.strip() else []
 
 
 def machine() -> str:
