@@ -101,7 +101,10 @@ def replay_figure(rows: Sequence[Row]) -> Figure:
     for axes in panels:
         found, labels = axes.get_legend_handles_labels()
         handles |= dict(zip(labels, found, strict=True))
-    figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=5, fontsize=SMALL, frameon=False)
+    columns = min(5, 2 * len(files) + 1)  # as many as the width holds
+    figure.legend(
+        handles.values(), handles.keys(), loc="outside upper center", ncols=columns, fontsize=SMALL, frameon=False
+    )
     return figure
 
 
