@@ -233,7 +233,8 @@ def in_a_corridor(recourse: float | None) -> tuple[sidestep.Plan, sidestep.Plan]
     """The plans for a person who comes down the middle of a corridor, and for one who has come near."""
     wall = [(-20.0, 1.5), (20.0, 1.5), (20.0, 1.8), (-20.0, 1.8)]
     walls = sidestep.Obstacles(polygons=[wall, [(x, -y) for x, y in wall]])
-    one = planner(obstacles=walls, goal=(8.0, 0.0), horizon=8, recourse=recourse)
+    human = sidestep.HumanModel(evidence="action")  # who does not react is soon known to be unconcerned
+    one = planner(obstacles=walls, goal=(8.0, 0.0), horizon=8, recourse=recourse, human=human)
     plans = []
     for k in range(8):
         robot = sidestep.RobotState(position=(-0.2 * k, -1.0))
