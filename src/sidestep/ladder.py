@@ -58,7 +58,7 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
     made = 1
     best: Outcome | None = None
     for path in now.wished():
-        outcome = judged(now, path, seen if seen.foretells(path) else None)
+        outcome = judged(now, path, seen)
         made += outcome.rounds
         if outcome.status == "certified":
             return replace(outcome, rounds=made)
@@ -75,8 +75,9 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
     return replace(_least_risk(now, seen, best), rounds=made)
 
 
-def judged(now: Situation, path: Path, known: Forecast | None) -> Outcome:
-    """Judge a path under the prediction that it induces: `known`, or where that is None one that is made."""
+def judged(now: Situation, path: Path, seen: Forecast | None) -> Outcome:
+    """Judge a path under the prediction that it induces; `seen` is used where it was made for the same path."""
+    known = seen if seen is not None and seen.foretells(path) else None
     after = now.foresee(path) if known is None else known
     problem = now.problem_under(after)
     risk = problem.risk_along(path)
@@ -98,15 +99,18 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
     room: the "freezing robot" (Trautman and Krause 2010). A motion that keeps the limits until `recourse`, and is
     charged for what exceeds them later, is judged again before it comes to that.
     """
-    steps, reach = now.recourse_steps, now.around.horizon * now.settings.time_step * now.robot.planning_speed
+    steps = now.recourse_steps
+    if steps is None:
+        return safe
+    reach = now.around.horizon * now.settings.time_step * now.robot.planning_speed
     open_way = now.distance(now.start)
     gained = open_way - now.distance(safe.path[-1])
-    if steps is None or gained >= _GIVEN_UP * min(reach, open_way) - _AT_GOAL:
+    if gained >= _GIVEN_UP * min(reach, open_way) - _AT_GOAL:
         return safe
     path = _motion(now, replace(now.problem_under(safe.foreseen), graded=True))
     if path is None:
         return safe
-    onward = judged(now, path, safe.foreseen if safe.foreseen.foretells(path) else None)
+    onward = judged(now, path, safe.foreseen)
     first = np.diff(path[:2], axis=0) / now.settings.time_step
     kept = onward.risk[: 2 * steps].max() <= now.settings.risk_limit
     if not kept or not np.isfinite(now.problem_under(onward.foreseen).first_step_costs(first)[0]):
@@ -127,11 +131,10 @@ def _least_risk(now: Situation, seen: Forecast, best: Outcome | None) -> Outcome
     graded = _motion(now, replace(now.problem_under(seen), graded=True))
     outcomes = [] if best is None else [best]
     if graded is not None:
-        outcomes.append(judged(now, graded, seen if seen.foretells(graded) else None))
+        outcomes.append(judged(now, graded, seen))
         if outcomes[-1].status == "certified":
             return outcomes[-1]
-    standing = now.standing()
-    outcomes.append(judged(now, standing, seen if seen.foretells(standing) else None))
+    outcomes.append(judged(now, now.standing(), seen))
     return min(outcomes, key=lambda outcome: _price(now, outcome))
 
 

@@ -287,9 +287,12 @@ def _concern(mind: Mind, facing: Facing | None, state: Habits | None, time: floa
     model = mind.model
     told = None if facing is None or state is None else facing.log_ratio(state, time)
     if told is None:
-        elapsed = max(time - mind.seen, 0.0)
-        share = math.exp(-2.0 * model.switch_rate * elapsed)
-        return share * mind.belief.concerned + (1.0 - share) * model.prior_concerned
+        return bayes.relax(
+            mind.belief,
+            switch_rate=model.switch_rate,
+            prior_concerned=model.prior_concerned,
+            elapsed=max(time - mind.seen, 0.0),
+        ).concerned
     odds = model.prior_concerned / (1.0 - model.prior_concerned) * math.exp(told)
     return odds / (1.0 + odds)
 

@@ -81,7 +81,7 @@ def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDA
     """Goal costs over the reachable box."""
     start = _embedded(problem.start)
     squared = problem.goal_cost == "squared"
-    weight = np.broadcast_to(np.asarray(problem.goal_weight, dtype=np.float64), problem.dimension)
+    weight = problem.goal_weights
     field = problem.distance_to_goal
     if field is None:
         return goal_box(start, _embedded(problem.goal), _embedded(weight), squared, spacing, half)[0]
