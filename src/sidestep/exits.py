@@ -61,9 +61,7 @@ def _cell_corners(grid: OccupancyGrid) -> FloatArray:
     i, j = np.nonzero(grid.occupied)
     if i.size == 0:
         return np.zeros((0, 2))
-    box = np.array([(x, y) for x in (i.min(), i.max() + 1) for y in (j.min(), j.max() + 1)]) * grid.resolution
-    turn = np.array([[math.cos(grid.yaw), -math.sin(grid.yaw)], [math.sin(grid.yaw), math.cos(grid.yaw)]])
-    return box @ turn.T + np.asarray(grid.origin)
+    return grid.placed([(x, y) for x in (i.min(), i.max() + 1) for y in (j.min(), j.max() + 1)])
 
 
 def _runs(through: BoolArray) -> list[slice]:

@@ -49,9 +49,13 @@ class OccupancyGrid:
 
     def corners(self) -> FloatArray:
         """Return the (4, 2) m outer corners."""
-        w, h = self.resolution * np.array(self.occupied.shape)
+        w, h = self.occupied.shape
+        return self.placed([(0, 0), (w, 0), (w, h), (0, h)])
+
+    def placed(self, cells: Sequence[tuple[float, float]]) -> FloatArray:
+        """Return where the corners (K, 2) of cells, counted from that of cell (0, 0), are in the world, (K, 2) m."""
         turn = np.array([[math.cos(self.yaw), -math.sin(self.yaw)], [math.sin(self.yaw), math.cos(self.yaw)]])
-        return np.array([(0.0, 0.0), (w, 0.0), (w, h), (0.0, h)]) @ turn.T + np.asarray(self.origin)
+        return (self.resolution * np.array(cells)) @ turn.T + np.asarray(self.origin)
 
 
 class Obstacles:

@@ -36,12 +36,12 @@ class Circumstances:
     time_step: float
     horizon: int
     robot_radius: float
-    robot_speed: float
-    clearance: float | None
-    midway: bool
-    first_step_limit: float | None
     interval: float
-    obstacles: Obstacles | None
+    robot_speed: float = 0.0
+    clearance: float | None = None
+    midway: bool = False
+    first_step_limit: float | None = None
+    obstacles: Obstacles | None = None
     least_randomness: float = 0.0
 
 

@@ -77,17 +77,7 @@ class Watcher:
 
     def ahead(self, mind: Mind, steps: int) -> Prediction:
         """Return where the person will be at `steps` steps of 0.4 s, nobody being in the way."""
-        around = Circumstances(
-            time_step=STEP,
-            horizon=steps,
-            robot_radius=0.3,
-            robot_speed=0.0,
-            clearance=None,
-            midway=False,
-            first_step_limit=None,
-            interval=STEP,
-            obstacles=None,
-        )
+        around = Circumstances(time_step=STEP, horizon=steps, robot_radius=0.3, interval=STEP)
         nobody = np.full((2 * steps + 3, 2), FAR)
         return Subject(mind, around).predicted(nobody, self._workspace)
 
