@@ -7,11 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep._kernels.evidence import action_weights
-from sidestep.types import FloatArray, frozen_array
-
-_FLOOR = 1e-12  # keeps every hypothesis alive when millions of likelihoods have been multiplied
-
+from sidestep._kernels import evidence as kernel
+from sidestep.types import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Belief:
@@ -43,7 +40,7 @@ def prior(n_goals: int, concerned: float, goals: FloatArray | None = None) -> Be
         goals: (G,) prior over the goals; None is uniform.
     """
     over_goals = np.full(n_goals, 1.0 / n_goals) if goals is None else goals / goals.sum()
-    return _normalised(np.outer(over_goals, [1.0 - concerned, concerned]))
+    return believed(kernel.normalised(np.outer(over_goals, [1.0 - concerned, concerned])))
 
 
 def action_likelihood(
@@ -67,11 +64,8 @@ def action_likelihood(
     Returns:
         (G, 2), scaled so that the largest entry of the Gaussian factors is 1; all ones where nothing can be said.
     """
-    weights = action_weights(velocities, displacement, elapsed, covariance)
-    if weights.size == 0:
-        return np.ones(probabilities.shape[:2])
-    likelihood = probabilities @ weights
-    return likelihood if float(likelihood.max()) > 0 else np.ones(probabilities.shape[:2])
+    weights = kernel.action_weights(velocities, displacement, elapsed, covariance)
+    return kernel.goal_likelihood(np.ascontiguousarray(probabilities, dtype=np.float64), weights)
 
 
 def observe(belief: Belief, likelihood: FloatArray, share: float = 1.0) -> Belief:
@@ -88,13 +82,13 @@ def observe(belief: Belief, likelihood: FloatArray, share: float = 1.0) -> Belie
     """
     if not np.isfinite(likelihood).all() or float(likelihood.max()) <= 0:
         return belief
-    tempered = np.power(np.maximum(likelihood / likelihood.max(), _FLOOR), min(max(share, 0.0), 1.0))
-    return _normalised(belief.weights * tempered)
+    told = np.ascontiguousarray(likelihood, dtype=np.float64)
+    return believed(kernel.observed(belief.weights, told, min(max(share, 0.0), 1.0)))
 
 
 def with_concern(belief: Belief, concerned: float) -> Belief:
     """Return the belief with P(β = 1) = `concerned` whatever the goal; the goals keep their probabilities."""
-    return _normalised(np.outer(belief.goals, [1.0 - concerned, concerned]))
+    return believed(kernel.relaxed(belief.weights, 0.0, concerned))
 
 
 def relax(belief: Belief, *, switch_rate: float, prior_concerned: float, elapsed: float) -> Belief:
@@ -105,20 +99,17 @@ def relax(belief: Belief, *, switch_rate: float, prior_concerned: float, elapsed
     if switch_rate <= 0 or elapsed <= 0:
         return belief
     keep = math.exp(-2.0 * switch_rate * elapsed)
-    settled = np.outer(belief.goals, [1.0 - prior_concerned, prior_concerned])
-    return _normalised(keep * belief.weights + (1.0 - keep) * settled)
+    return believed(kernel.relaxed(belief.weights, keep, prior_concerned))
 
 
 def relax_goals(belief: Belief, goals: FloatArray, rate: float, elapsed: float) -> Belief:
     """Let the goal be forgotten towards `goals` ((G,) probabilities) at `rate` (1/s); P(β | goal) is kept."""
-    now = belief.goals
-    if goals.shape != now.shape or elapsed <= 0:
+    if len(goals) != len(belief.weights) or elapsed <= 0:
         return belief
-    keep = math.exp(-rate * elapsed)
-    later = keep * now + (1.0 - keep) * goals
-    return _normalised(belief.weights * (later / now)[:, None])
+    return believed(kernel.goals_relaxed(belief.weights, goals, math.exp(-rate * elapsed)))
 
 
-def _normalised(weights: FloatArray) -> Belief:
-    kept = np.maximum(weights, _FLOOR)
-    return Belief(weights=frozen_array(kept / kept.sum()))
+def believed(weights: FloatArray) -> Belief:
+    """Return the belief of these weights (G, 2), which are its own from now on."""
+    weights.setflags(write=False)
+    return Belief(weights=weights)

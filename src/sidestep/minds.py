@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sidestep import belief as bayes
+from sidestep._kernels.evidence import weigh_action
 from sidestep.belief import Belief
 from sidestep.human import habits as learning
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal, StandGoal
@@ -308,14 +309,14 @@ def _weigh(mind: Mind, position: Vector, covariance: FloatArray, time: float, ti
     if anchor is None or not 0 < elapsed <= _STALE * time_step:
         return believed
     moved = position - anchor.position
-    fastest = float(np.sqrt((anchor.velocities**2).sum(axis=1).max()))
-    doubt = covariance + anchor.covariance + np.eye(moved.size) * (model.action_noise * elapsed) ** 2
-    if np.linalg.norm(moved) > 2.0 * fastest * elapsed + 4.0 * np.sqrt(np.trace(doubt)):
-        return believed
-    likelihood = bayes.action_likelihood(anchor.probabilities, anchor.velocities, moved, elapsed, doubt)
-    if by_clearance(mind):
-        likelihood = np.repeat(likelihood[:, :1], 2, axis=1)  # tells where to; whether they mind is told otherwise
-    believed = bayes.observe(believed, likelihood, elapsed / time_step)
+    doubt = covariance + anchor.covariance
+    np.fill_diagonal(doubt, doubt.diagonal() + (model.action_noise * elapsed) ** 2)
+    # by clearance: a displacement tells where to; whether they mind is told otherwise
+    weighed = weigh_action(
+        believed.weights, anchor.probabilities, anchor.velocities, moved, elapsed, doubt,
+        min(elapsed / time_step, 1.0), by_clearance(mind),
+    )  # fmt: skip
+    believed = bayes.believed(weighed)
     if mind.habits is not None and isinstance(mind.goals[0], DirectionGoal):
         believed = bayes.relax_goals(believed, mind.habits.modes, _GOAL_RATE, elapsed)
     return believed

@@ -1,4 +1,7 @@
-"""How well each hypothesis about a person explains what was measured of them."""
+"""How well each hypothesis about a person explains what was measured of them, and Bayes' rule over them (Eq. 8).
+
+Beliefs are (G, 2) weights > 0 that sum to 1: row g is candidate goal g, column 1 is "concerned" (β = 1).
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,9 @@ import numpy as np
 from numba import njit
 
 from sidestep.types import FloatArray
+
+FLOOR = 1e-12
+"""Keeps every hypothesis alive when millions of likelihoods have been multiplied."""
 
 
 @njit(cache=True)
@@ -42,3 +48,111 @@ def action_weights(
     for n in range(count):
         out[n] = math.exp(out[n] - highest)
     return out
+
+
+@njit(cache=True)
+def normalised(weights: FloatArray) -> FloatArray:
+    """Every weight at least `FLOOR`, all of them summing to 1."""
+    out = np.empty_like(weights)
+    total = 0.0
+    for g in range(weights.shape[0]):
+        for b in range(2):
+            out[g, b] = max(weights[g, b], FLOOR)
+            total += out[g, b]
+    for g in range(weights.shape[0]):
+        for b in range(2):
+            out[g, b] /= total
+    return out
+
+
+@njit(cache=True)
+def relaxed(weights: FloatArray, keep: float, concerned: float) -> FloatArray:
+    """Awareness mixed with the prior P(β = 1) = `concerned`, apart for each goal; `keep` of it stays."""
+    out = np.empty_like(weights)
+    for g in range(weights.shape[0]):
+        goal = weights[g, 0] + weights[g, 1]
+        out[g, 0] = keep * weights[g, 0] + (1.0 - keep) * goal * (1.0 - concerned)
+        out[g, 1] = keep * weights[g, 1] + (1.0 - keep) * goal * concerned
+    return normalised(out)
+
+
+@njit(cache=True)
+def observed(weights: FloatArray, likelihood: FloatArray, share: float) -> FloatArray:
+    """Bayes' rule with the likelihood (G, 2) to the power `share`; unchanged where it says nothing."""
+    highest = 0.0
+    for g in range(weights.shape[0]):
+        for b in range(2):
+            if not math.isfinite(likelihood[g, b]):
+                return weights
+            highest = max(highest, likelihood[g, b])
+    if highest <= 0.0:
+        return weights
+    out = np.empty_like(weights)
+    for g in range(weights.shape[0]):
+        for b in range(2):
+            out[g, b] = weights[g, b] * max(likelihood[g, b] / highest, FLOOR) ** share
+    return normalised(out)
+
+
+@njit(cache=True)
+def goals_relaxed(weights: FloatArray, goals: FloatArray, keep: float) -> FloatArray:
+    """Goals mixed with the probabilities `goals` (G,); `keep` of them stays, and so does P(β | goal)."""
+    out = np.empty_like(weights)
+    for g in range(weights.shape[0]):
+        now = weights[g, 0] + weights[g, 1]
+        share = (keep * now + (1.0 - keep) * goals[g]) / now
+        out[g, 0], out[g, 1] = weights[g, 0] * share, weights[g, 1] * share
+    return normalised(out)
+
+
+@njit(cache=True)
+def goal_likelihood(probabilities: FloatArray, weights: FloatArray) -> FloatArray:
+    """(G, 2) Σ_u P(u; goal, β)·weights[u]; ones where that is zero everywhere or there are no weights."""
+    out = np.ones(probabilities.shape[:2])
+    highest = 0.0
+    if weights.size > 0:
+        for g in range(out.shape[0]):
+            for b in range(2):
+                out[g, b] = 0.0
+                for n in range(weights.size):
+                    out[g, b] += probabilities[g, b, n] * weights[n]
+                highest = max(highest, out[g, b])
+    return out if highest > 0.0 else np.ones(probabilities.shape[:2])
+
+
+@njit(cache=True)
+def weigh_action(
+    weights: FloatArray,
+    probabilities: FloatArray,
+    velocities: FloatArray,
+    moved: FloatArray,
+    elapsed: float,
+    doubt: FloatArray,
+    share: float,
+    goals_only: bool,
+) -> FloatArray:
+    """Weigh a displacement (Eq. 8); unchanged where no action explains it.
+
+    Args:
+        weights: (G, 2) before.
+        probabilities: (G, 2, n) of the actions when the displacement began.
+        velocities: (n, d) m/s, the actions.
+        moved: (d,) m in `elapsed` s; doubt: (d, d) m², its covariance.
+        share: of an action's evidence.
+        goals_only: tells where to, not whether they mind: β is told otherwise.
+    """
+    fastest = gap = spread = 0.0
+    for n in range(velocities.shape[0]):
+        speed = 0.0
+        for a in range(moved.size):
+            speed += velocities[n, a] ** 2
+        fastest = max(fastest, speed)
+    for a in range(moved.size):
+        gap += moved[a] ** 2
+        spread += doubt[a, a]
+    if math.sqrt(gap) > 2.0 * math.sqrt(fastest) * elapsed + 4.0 * math.sqrt(spread):
+        return weights
+    likelihood = goal_likelihood(probabilities, action_weights(velocities, moved, elapsed, doubt))
+    if goals_only:
+        likelihood[:, 1] = likelihood[:, 0]
+    return observed(weights, likelihood, share)

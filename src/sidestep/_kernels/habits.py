@@ -209,3 +209,115 @@ def turned(history: FloatArray, span: float, threshold: float) -> bool:
         if math.sqrt(change) > threshold + 2.0 * math.sqrt(jitter):
             return True
     return False
+
+
+@njit(cache=True)
+def velocities_seen(
+    history: FloatArray, mean: FloatArray, mean_time: float, extrapolation_time: float, gap: float, gain: float
+) -> FloatArray:
+    """(2, d) m/s: the mean velocity over the last ≤ `mean_time` s and v̂ = v₁ + gain·(v₁ − v₂), kept at a person's pace.
+
+    A change within its noise is no turn: it is shrunk by the share of its square that the noise explains.
+    """
+    d = mean.size // 2
+    out = np.empty((2, d))
+    old = oldest_within(history, mean_time)
+    elapsed = history[0, 0] - history[old, 0]
+    for a in range(d):
+        out[0, a] = (mean[a] - history[old, 1 + a]) / elapsed if elapsed > 0.0 else mean[d + a]
+        out[1, a] = mean[d + a]
+    before = row_before(history, extrapolation_time, 0.5 * gap)
+    if before < 0:
+        return out
+    square = 0.0
+    for a in range(d):
+        square += (mean[d + a] - history[before, 1 + d + a]) ** 2
+    noise = history[0, 1 + 3 * d] + history[before, 1 + 3 * d]
+    trust = max(0.0, 1.0 - d * noise / square) if square > 0.0 else 0.0
+    for a in range(d):
+        out[1, a] += gain * trust * (mean[d + a] - history[before, 1 + d + a])
+    return out
+
+
+@njit(cache=True)
+def learn(
+    time: float,
+    dt: float,
+    z: FloatArray,
+    r: FloatArray,
+    constants: FloatArray,
+    scales: FloatArray,
+    priors: FloatArray,
+    mean: FloatArray,
+    covariance: FloatArray,
+    noise: FloatArray,
+    history: FloatArray,
+    counts: FloatArray,
+    weights: FloatArray,
+) -> FloatArray:
+    """Take in one observation, everything in place; returns the velocities of `velocities_seen`.
+
+    Args:
+        time: s; dt: s since the last one; z: (d,) m, measured; r: (d, d) m² of it.
+        constants: of `habit_settings.class_tables`, in the order in which they are read here.
+        scales: (C,) m/s^q of the steadiness classes.
+        priors: (2, C) their log prior, walking and standing.
+        mean, covariance, noise, history: see the module.
+        counts: n₁, n₀ of changed velocities, and the top speed (m/s).
+        weights: (C,) written: probability of each class.
+    """
+    density, gap, window, spacing, freedom = constants[0], constants[1], constants[2], constants[3], constants[4]
+    tempering, slow, span, threshold = constants[5], constants[6], constants[7], constants[8]
+    d = z.size
+    filter_step(mean, covariance, noise, dt, density, z, r)
+    remember(history, time, mean, noise, gap)
+    velocities = velocities_seen(history, mean, constants[11], constants[12], gap, constants[13])
+    weights[:] = 0.0
+    steadiness_evidence(history, scales, window, spacing, freedom, weights)
+    pace = present = 0.0
+    for a in range(d):
+        present += mean[d + a] ** 2
+        pace += velocities[0, a] ** 2
+    present, pace = math.sqrt(present), math.sqrt(pace)
+    kind = 1 if present < slow and pace < slow else 0
+    for c in range(weights.size):
+        weights[c] = tempering * weights[c] + priors[kind, c]
+    normalise_log(weights)
+    share = min(dt / span, 1.0)
+    kept = constants[9] ** share
+    moved = turned(history, span, threshold)
+    counts[0] = kept * counts[0] + (share if moved else 0.0)
+    counts[1] = kept * counts[1] + (0.0 if moved else share)
+    counts[2] = max(present - math.sqrt(max(noise[d, d], 0.0)), counts[2] * math.exp(-dt / constants[10]))
+    return velocities
+
+
+@njit(cache=True)
+def spread_sigmas(
+    t: FloatArray, floor: float, scales: FloatArray, exponent: float, noise: FloatArray, habitual: float
+) -> FloatArray:
+    """(K, C) m: σ(t)² = floor² + (σ_c·t^q)² + what a sensor worse than the habitual one adds (see `sensed`)."""
+    sensed = sensed_variance(t, noise, habitual)
+    out = np.empty((t.size, scales.size))
+    for k in range(t.size):
+        power = max(t[k], 0.0) ** exponent
+        for c in range(scales.size):
+            out[k, c] = math.sqrt(floor * floor + (power * scales[c]) ** 2 + sensed[k])
+    return out
+
+
+@njit(cache=True)
+def sensed_variance(t: FloatArray, noise: FloatArray, habitual: float) -> FloatArray:
+    """(K,) m², what a velocity noise beyond `habitual` (m²/s²) leaves of doubt in the position `t` s ahead."""
+    d = noise.shape[0] // 2
+    place = both = pace = 0.0
+    for a in range(d):
+        place += noise[a, a] / d
+        both += noise[a, d + a] / d
+        pace += noise[d + a, d + a] / d
+    share = max(0.0, 1.0 - habitual / pace) if pace > 0.0 else 0.0
+    out = np.empty(t.size)
+    for k in range(t.size):
+        ahead = max(t[k], 0.0)
+        out[k] = share * max(place + 2.0 * ahead * both + ahead * ahead * pace, 0.0)
+    return out

@@ -104,12 +104,26 @@ class ClassTables:
 
     Attributes:
         scales: (C,) m/s^q.
-        walking, standing: (C,) log prior of the classes.
+        priors: (2, C) log prior of the classes, of people who walk and of people who stand.
+        constants: numbers, in the order that `_kernels.habits.learn` reads them in.
+        walking_modes, standing_modes: (3,) see `Habits.modes`.
     """
 
     scales: FloatArray
-    walking: FloatArray
-    standing: FloatArray
+    priors: FloatArray
+    constants: FloatArray
+    walking_modes: FloatArray
+    standing_modes: FloatArray
+
+    @property
+    def walking(self) -> FloatArray:
+        """(C,) log prior of the classes of people who walk."""
+        return self.priors[0]
+
+    @property
+    def standing(self) -> FloatArray:
+        """(C,) log prior of the classes of people who stand."""
+        return self.priors[1]
 
 
 @lru_cache(maxsize=64)
@@ -118,8 +132,21 @@ def class_tables(settings: HabitSettings) -> ClassTables:
     s, index = settings, np.arange(len(settings.scales))
     return ClassTables(
         scales=frozen_array(s.scales),
-        walking=_log_bell(index, s.prior_class, s.prior_width),
-        standing=_log_bell(index, s.standing_class, s.standing_width),
+        priors=frozen_array(
+            np.stack(
+                [
+                    _log_bell(index, s.prior_class, s.prior_width),
+                    _log_bell(index, s.standing_class, s.standing_width),
+                ]
+            )
+        ),
+        constants=frozen_array(
+            [s.acceleration_density, s.gap, s.window, s.spacing, s.freedom, s.tempering, s.standing_speed]
+            + [s.change_time, s.change_speed, s.forgetting, s.top_speed_time]
+            + [s.mean_time, s.extrapolation_time, s.extrapolation]
+        ),
+        walking_modes=frozen_array(s.walking_modes),
+        standing_modes=frozen_array(s.standing_modes),
     )
 
 

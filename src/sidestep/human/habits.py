@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from sidestep._kernels import habits as kernel
-from sidestep.human.habit_settings import HabitSettings, class_tables
+from sidestep.human.habit_settings import ClassTables, HabitSettings, class_tables
 from sidestep.types import FloatArray, Vector, VectorLike
 
 _SETTLES = 40  # observations after which the filter has forgotten its start
@@ -25,7 +25,7 @@ class Habits:
     """What is known of one person from their past.
 
     Attributes:
-        settings: of the learning.
+        settings: of the learning; tables: what follows from them alone.
         time: s, of the last observation that counted.
         mean: (2d,) filtered position (m) and velocity (m/s); covariance: (2d, 2d) of its error.
         noise: (2d, 2d) the part of the error that measurement noise and the unknown start alone would leave.
@@ -39,6 +39,7 @@ class Habits:
     """
 
     settings: HabitSettings
+    tables: ClassTables
     time: float
     mean: FloatArray
     covariance: FloatArray
@@ -89,9 +90,8 @@ class Habits:
     @property
     def modes(self) -> Vector:
         """(3,) prior probabilities that the person keeps the present velocity, keeps the mean one, stands still."""
-        s = self.settings
-        slow = math.hypot(*self.velocity) < s.standing_speed
-        return np.array(s.standing_modes if slow else s.walking_modes)
+        slow = math.hypot(*self.velocity) < self.settings.standing_speed
+        return self.tables.standing_modes if slow else self.tables.walking_modes
 
     def spread(self, times: VectorLike | FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mixture of isotropic Gaussians around the predicted position.
@@ -106,9 +106,9 @@ class Habits:
         """
         s = self.settings
         q = s.standing_exponent if self.standing else s.walking_exponent
-        t = np.maximum(np.asarray(times, dtype=np.float64), 0.0)
-        habit = (t[:, None] ** q * class_tables(s).scales) ** 2
-        return self.steadiness, np.sqrt(s.floor**2 + habit + self.sensed(t)[:, None])
+        t = np.ascontiguousarray(times, dtype=np.float64)
+        sigmas = kernel.spread_sigmas(t, s.floor, self.tables.scales, q, self.noise, self._habitual_variance())
+        return self.steadiness, sigmas
 
     def velocity_over(self, span: float) -> Vector | None:
         """(d,) m/s, the mean over the last `span` s; None where nothing nearly so old is remembered."""
@@ -123,12 +123,7 @@ class Habits:
         The scales were fitted to filtered tracks, so that the velocity error of an ordinary sensor is in them; adding
         it once more doubles the spread of a steady walker at 5 s.
         """
-        d = self.mean.size // 2
-        place, both, pace = (
-            float(np.trace(part)) / d for part in (self.noise[:d, :d], self.noise[:d, d:], self.noise[d:, d:])
-        )
-        share = max(0.0, 1.0 - self._habitual_variance() / pace) if pace > 0 else 0.0
-        return share * np.maximum(place + 2 * t * both + t**2 * pace, 0.0)
+        return kernel.sensed_variance(t, self.noise, self._habitual_variance())
 
     def _habitual_variance(self) -> float:
         """m²/s² per axis, velocity noise of the settled filter behind a sensor of `habitual_noise` at this rate."""
@@ -191,10 +186,12 @@ def meet(
         start[d:, d:] = _usable(velocity_covariance, d, 0.3)
     history = np.full((_ROWS, 1 + 4 * d), np.nan)
     kernel.remember(history, float(time), mean, start, s.gap)
-    weights = np.exp(_log_prior(s, mean[d:], mean[d:]))
-    return _frozen(
-        s, float(time), mean, start, start.copy(), history, weights, 0.0, 0.0, _speed(mean), mean[d:], mean[d:]
-    )
+    tables = class_tables(s)
+    standing = _standing(s, mean[d:], mean[d:])
+    weights = np.exp(tables.standing if standing else tables.walking)
+    velocities = np.stack([mean[d:], mean[d:]])
+    counts = np.array([0.0, 0.0, math.hypot(*mean[d:])])
+    return _frozen(s, tables, float(time), mean, start, start.copy(), history, weights, counts, velocities)
 
 
 def update(state: Habits, time: float, position: VectorLike, covariance: FloatArray | None = None) -> Habits:
@@ -220,49 +217,17 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
     if dt > s.time_out or dt < 0 or _is_another(state, z, r, dt):
         return meet(time, z, r, settings=s) or state
     mean, cov, noise = state.mean.copy(), state.covariance.copy(), state.noise.copy()
-    history = state.history.copy()
-    kernel.filter_step(mean, cov, noise, dt, s.acceleration_density, z, r)
-    kernel.remember(history, time, mean, noise, s.gap)
-    mean_velocity, ahead = _velocities(history, mean, s)
-    weights = np.zeros(len(s.scales))
-    kernel.steadiness_evidence(history, class_tables(s).scales, s.window, s.spacing, s.freedom, weights)
-    weights *= s.tempering
-    weights += _log_prior(s, mean[d:], mean_velocity)
-    kernel.normalise_log(weights)
-    share = min(dt / s.change_time, 1.0)
-    kept = s.forgetting**share
-    moved = kernel.turned(history, s.change_time, s.change_speed)
-    changed = kept * state.changed + (share if moved else 0.0)
-    unchanged = kept * state.unchanged + (0.0 if moved else share)
-    top = max(_speed(mean) - math.sqrt(max(noise[d, d], 0.0)), state.top_speed * math.exp(-dt / s.top_speed_time))
-    return _frozen(s, float(time), mean, cov, noise, history, weights, changed, unchanged, top, mean_velocity, ahead)
+    history, tables = state.history.copy(), state.tables
+    weights, counts = np.empty(tables.scales.size), np.array([state.changed, state.unchanged, state.top_speed])
+    velocities = kernel.learn(
+        float(time), float(dt), z, r, tables.constants, tables.scales, tables.priors, mean, cov, noise, history,
+        counts, weights,
+    )  # fmt: skip
+    return _frozen(s, tables, float(time), mean, cov, noise, history, weights, counts, velocities)
 
 
 def _standing(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray) -> bool:
     return math.hypot(*velocity) < s.standing_speed and math.hypot(*mean_velocity) < s.standing_speed
-
-
-def _log_prior(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray) -> FloatArray:
-    tables = class_tables(s)
-    return tables.standing if _standing(s, velocity, mean_velocity) else tables.walking
-
-
-def _velocities(history: FloatArray, mean: FloatArray, s: HabitSettings) -> tuple[FloatArray, FloatArray]:
-    """Return the mean velocity over the last ≤ `mean_time` s and v̂ = v₁ + e·(v₁ − v₂), kept at a person's pace."""
-    d = mean.size // 2
-    present = mean[d:]
-    old = kernel.oldest_within(history, s.mean_time)
-    elapsed = history[0, 0] - history[old, 0]
-    average = (mean[:d] - history[old, 1 : 1 + d]) / elapsed if elapsed > 0 else present
-    before = kernel.row_before(history, s.extrapolation_time, 0.5 * s.gap)
-    if before < 0:
-        return average, present
-    change = present - history[before, 1 + d : 1 + 2 * d]
-    noise = history[0, 1 + 3 * d] + history[before, 1 + 3 * d]
-    # A change within its noise is no turn: shrink it by the share of its square that the noise explains.
-    square = float(change @ change)
-    trust = max(0.0, 1.0 - d * noise / square) if square > 0 else 0.0
-    return average, present + s.extrapolation * trust * change
 
 
 def _is_another(state: Habits, z: FloatArray, r: FloatArray, dt: float) -> bool:
@@ -287,37 +252,32 @@ def _usable(covariance: FloatArray | None, d: int, sigma: float) -> FloatArray:
     return r
 
 
-def _speed(mean: FloatArray) -> float:
-    return math.hypot(*mean[mean.size // 2 :])
-
-
 def _frozen(
     s: HabitSettings,
+    tables: ClassTables,
     time: float,
     mean: FloatArray,
     covariance: FloatArray,
     noise: FloatArray,
     history: FloatArray,
     steadiness: FloatArray,
-    changed: float,
-    unchanged: float,
-    top_speed: float,
-    mean_velocity: FloatArray,
-    extrapolated_velocity: FloatArray,
+    counts: FloatArray,
+    velocities: FloatArray,
 ) -> Habits:
-    for array in (mean, covariance, noise, history, steadiness, mean_velocity, extrapolated_velocity):
+    for array in (mean, covariance, noise, history, steadiness, velocities):
         array.setflags(write=False)
     return Habits(
         settings=s,
+        tables=tables,
         time=time,
         mean=mean,
         covariance=covariance,
         noise=noise,
         history=history,
         steadiness=steadiness,
-        changed=changed,
-        unchanged=unchanged,
-        top_speed=top_speed,
-        mean_velocity=mean_velocity,
-        extrapolated_velocity=extrapolated_velocity,
+        changed=float(counts[0]),
+        unchanged=float(counts[1]),
+        top_speed=float(counts[2]),
+        mean_velocity=velocities[0],
+        extrapolated_velocity=velocities[1],
     )
