@@ -37,7 +37,7 @@ KERNELS = {  # kernel → (the module that calls it, its time over that of the l
     "corridor": ("sidestep.planning.polish", 0.13),
     "objective": ("sidestep.planning.polish", 0.02),
     "half_planes": ("sidestep.planning.polish", 0.02),
-    "motion_cost": ("sidestep.planning.problem", 0.01),
+    "straight_motion_cost": ("sidestep.planning.problem", 0.01),
 }
 SLACK = 4.0
 

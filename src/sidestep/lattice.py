@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,10 +30,13 @@ class Lattice:
     rotation: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", frozen_array(self.origin))
-        d = self.origin.size
-        rotation = np.eye(d) if self.rotation.size == 0 else self.rotation
-        object.__setattr__(self, "rotation", frozen_array(rotation))
+        origin, rotation = self.origin, self.rotation
+        if not _settled(origin):
+            object.__setattr__(self, "origin", frozen_array(origin))
+        if rotation.size == 0:
+            object.__setattr__(self, "rotation", frozen_array(np.eye(self.origin.size)))
+        elif not _settled(rotation):
+            object.__setattr__(self, "rotation", frozen_array(rotation))
 
     @property
     def dimension(self) -> int:
@@ -79,15 +83,21 @@ def heading_rotation(direction: VectorLike) -> FloatArray:
     """
     v = np.asarray(direction, dtype=np.float64)
     d = v.size
-    norm = float(np.linalg.norm(v))
+    norm = math.hypot(*v)
     if norm < 1e-12:
         return np.eye(d)
+    if d == 2:
+        x, y = float(v[0]) / norm, float(v[1]) / norm
+        return np.array([[x, -y], [y, x]])
     first = v / norm
     if d == 1:
         return first.reshape(1, 1)
-    if d == 2:
-        return np.array([[first[0], -first[1]], [first[1], first[0]]])
     side = np.cross([0.0, 0.0, 1.0], first)
     length = float(np.linalg.norm(side))
     second = side / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
     return np.stack([first, second, np.cross(first, second)], axis=1)
+
+
+def _settled(array: FloatArray) -> bool:
+    """Whether nobody can change it any more, so that it need not be copied."""
+    return array.base is None and not array.flags.writeable and array.dtype == np.float64 and array.flags.c_contiguous

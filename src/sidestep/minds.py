@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -91,10 +92,10 @@ class Mind:
         goal = self.goals[0]
         if len(self.goals) == 1 and isinstance(goal, PointGoal):
             way = goal.position - self.position
-            distance = float(np.linalg.norm(way))
+            distance = math.hypot(*way)
             pace = self.velocity if self.habits is None else self.habits.mean_velocity
             if distance > _ARRIVED:
-                return way * (max(float(np.linalg.norm(pace)), 1e-6) / distance)
+                return way * (max(math.hypot(*pace), 1e-6) / distance)
         return self.velocity if self.habits is None else self.habits.extrapolated_velocity
 
     @property
@@ -209,8 +210,9 @@ def observe(mind: Mind, observation: PersonObservation, time: float, time_step: 
     anchor = mind.anchor
     if anchor is not None and (len(anchor.probabilities) != len(goals) or time - anchor.time >= 0.999 * time_step):
         anchor = None  # its evidence is in the belief now; the next prediction sets a new one
-    return replace(
-        mind,
+    return Mind(  # `replace` would take longer than Bayes' rule
+        id=mind.id,
+        model=mind.model,
         seen=time,
         measured=observation.position,
         covariance=covariance,
@@ -342,7 +344,12 @@ def _covariance(observation: PersonObservation, model: HumanModel) -> FloatArray
     given = observation.position_covariance
     if given is not None and given.shape == (d, d) and np.isfinite(given).all() and (np.diag(given) >= 0).all():
         return given
-    return np.eye(d) * model.measurement_noise**2
+    return _isotropic(model.measurement_noise, d)
+
+
+@lru_cache(maxsize=64)
+def _isotropic(sigma: float, d: int) -> FloatArray:
+    return frozen_array(np.eye(d) * sigma**2)
 
 
 def _velocity(mind: Mind, observation: PersonObservation, time: float) -> Vector:

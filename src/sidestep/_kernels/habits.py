@@ -212,6 +212,33 @@ def turned(history: FloatArray, span: float, threshold: float) -> bool:
 
 
 @njit(cache=True)
+def usable(covariance: FloatArray, sigma: float) -> FloatArray:
+    """`covariance` (d, d) + 1 mm² where it is finite and of no negative variance, else the isotropic one of `sigma`."""
+    d = covariance.shape[0]
+    fit = True
+    for i in range(d):
+        for j in range(d):
+            fit = fit and math.isfinite(covariance[i, j])
+        fit = fit and covariance[i, i] >= 0.0
+    out = np.zeros((d, d))
+    for i in range(d):
+        for j in range(d):
+            out[i, j] = covariance[i, j] if fit else 0.0
+        out[i, i] += 1e-6 if fit else sigma**2
+    return out
+
+
+@njit(cache=True)
+def is_another(mean: FloatArray, covariance: FloatArray, z: FloatArray, r: FloatArray, stride: float) -> bool:
+    """Whether `z` (d,) is farther from the filtered position than a `stride` (m) and all doubt explain."""
+    jump = known = measured = 0.0
+    for i in range(z.size):
+        jump += (z[i] - mean[i]) ** 2
+        known, measured = max(known, covariance[i, i]), max(measured, r[i, i])
+    return math.sqrt(jump) > stride + 6.0 * math.sqrt(known + measured) + 0.5
+
+
+@njit(cache=True)
 def velocities_seen(
     history: FloatArray, mean: FloatArray, mean_time: float, extrapolation_time: float, gap: float, gain: float
 ) -> FloatArray:

@@ -92,3 +92,23 @@ def top_speed(path: FloatArray, time_step: float, box: bool) -> float:
             total = max(total, speed) if box else total + speed * speed
         highest = max(highest, total if box else math.sqrt(total))
     return highest
+
+
+@njit(cache=True)
+def straight_motion_cost(
+    path: FloatArray,
+    goal: FloatArray,
+    goal_weight: FloatArray,
+    squared: bool,
+    terminal: float,
+    effort: FloatArray,
+    time_step: float,
+    risk: FloatArray,
+    soft: float,
+    steep: FloatArray,
+    limit: float,
+    standing_share: float,
+) -> float:
+    """`motion_cost` where the goal cost is `goal_costs`."""
+    at_goal = goal_costs(path[1:], goal, goal_weight, squared)
+    return motion_cost(path, at_goal, terminal, effort, time_step, risk, soft, steep, limit, standing_share)

@@ -77,3 +77,38 @@ def sweep_risk(
         if h >= 0:
             clear[m] *= 1.0 - min(total, 1.0)
     return 1.0 - clear, approach
+
+
+@njit(cache=True)
+def charge_first_step(
+    velocities: FloatArray,
+    risk: FloatArray,
+    approach: FloatArray,
+    limit: float,
+    interval: float,
+    graded: bool,
+    steep: float,
+) -> FloatArray:
+    """Cost (M,) of robot velocities (M, d) m/s by what `sweep_risk` says of them, see `FirstStep.costs`."""
+    out = np.zeros(velocities.shape[0])
+    for m in range(out.size):
+        standing = True
+        for a in range(velocities.shape[1]):
+            standing = standing and velocities[m, a] == 0.0
+        if graded:
+            excess = max(risk[m] - limit, 0.0) + max(approach[m], 0.0) * interval
+            out[m] = steep * excess * (1.0 / 3.0 if standing else 1.0)
+        elif not standing and (risk[m] > limit * (1.0 + 1e-9) or approach[m] > 1e-9):
+            out[m] = np.inf
+    return out
+
+
+@njit(cache=True)
+def forbid_changes(velocities: FloatArray, now: FloatArray, largest: float, costs: FloatArray) -> None:
+    """Make velocities (M, d) m/s that differ from `now` by more than `largest` cost inf, in place."""
+    for m in range(costs.size):
+        square = 0.0
+        for a in range(now.size):
+            square += (velocities[m, a] - now[a]) ** 2
+        if math.sqrt(square) > largest * (1.0 + 1e-6) + 1e-9:
+            costs[m] = np.inf

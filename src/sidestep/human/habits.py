@@ -211,10 +211,10 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
     z = np.array(position, dtype=np.float64)
     dt = time - state.time
     d = state.mean.size // 2
-    if z.size != d or not (math.isfinite(dt) and all(map(math.isfinite, z))) or -s.time_out <= dt <= 1e-6:
+    if z.size != d or not (math.isfinite(dt) and np.isfinite(z).all()) or -s.time_out <= dt <= 1e-6:
         return state
     r = _usable(covariance, d, s.measurement_noise)
-    if dt > s.time_out or dt < 0 or _is_another(state, z, r, dt):
+    if dt > s.time_out or dt < 0 or kernel.is_another(state.mean, state.covariance, z, r, s.top_speed * dt):
         return meet(time, z, r, settings=s) or state
     mean, cov, noise = state.mean.copy(), state.covariance.copy(), state.noise.copy()
     history, tables = state.history.copy(), state.tables
@@ -230,26 +230,10 @@ def _standing(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray)
     return math.hypot(*velocity) < s.standing_speed and math.hypot(*mean_velocity) < s.standing_speed
 
 
-def _is_another(state: Habits, z: FloatArray, r: FloatArray, dt: float) -> bool:
-    d = z.size
-    jump = math.dist(z, state.mean[:d])
-    doubt = math.sqrt(max(state.covariance[i, i] for i in range(d)) + max(r[i, i] for i in range(d)))
-    return jump > state.settings.top_speed * dt + 6.0 * doubt + 0.5
-
-
 def _usable(covariance: FloatArray | None, d: int, sigma: float) -> FloatArray:
     """Return `covariance` (+ 1 mm²) when finite and of no negative variance, else the isotropic one of `sigma`."""
-    r = np.zeros((d, d))
-    usable = covariance is not None and covariance.shape == (d, d) and all(map(math.isfinite, covariance.flat))
-    for i in range(d):
-        usable = usable and covariance is not None and covariance[i, i] >= 0
-    for i in range(d):
-        if usable and covariance is not None:
-            r[i] = covariance[i]
-            r[i, i] += 1e-6
-        else:
-            r[i, i] = sigma**2
-    return r
+    given = covariance is not None and covariance.shape == (d, d)
+    return kernel.usable(covariance if given and covariance is not None else np.full((d, d), np.nan), sigma)
 
 
 def _frozen(

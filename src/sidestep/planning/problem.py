@@ -12,11 +12,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from sidestep._kernels.path_costs import goal_costs, motion_cost, top_speed
+from sidestep._kernels.path_costs import goal_costs, motion_cost, straight_motion_cost, top_speed
+from sidestep._kernels.risk_sweep import forbid_changes
 from sidestep.human.cost import per_axis
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import DistanceField
@@ -28,7 +30,7 @@ LAG = 0.05
 """m, how far a base of limited acceleration may lag behind its plan."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PlanningProblem:
     """Minimise Σ_{k=1..N} goal(x_k) + ‖u_{k−1}‖²_θ6 + λ·risk, under the dynamics, walls, speed and risk limits.
 
@@ -90,17 +92,17 @@ class PlanningProblem:
         """Number of axes d."""
         return int(self.start.size)
 
-    @property
+    @cached_property
     def goal_weights(self) -> FloatArray:
         """(d,) θ5."""
         return per_axis("planner.goal_weight", self.goal_weight, self.dimension)
 
-    @property
+    @cached_property
     def effort_weights(self) -> FloatArray:
         """(d,) θ6."""
         return per_axis("planner.effort_weight", self.effort_weight, self.dimension)
 
-    @property
+    @cached_property
     def excess_weights(self) -> FloatArray:
         """(N,) cost per unit probability above the limit at each step; zeros where what exceeds it is forbidden."""
         weights = np.full(self.horizon, self.steep_risk_weight if self.graded else 0.0)
@@ -108,7 +110,7 @@ class PlanningProblem:
             weights[self.recourse_steps :] = self.later_risk_weight
         return weights
 
-    @property
+    @cached_property
     def half_share(self) -> float:
         """Part of a step's price of risk that a half instant is charged: ½ where the risk midway is known."""
         return 0.5 if self.people is not None and self.people.has_midway else 1.0
@@ -144,17 +146,24 @@ class PlanningProblem:
         """
         nothing = self.soft_risk_weight == 0 and not self.graded
         seen = np.zeros(2 * (len(path) - 1)) if nothing else self.risk_along(path) if risk is None else risk
-        total = motion_cost(
-            path, self.goal_costs(path[1:]), self.terminal_weight, self.effort_weights, self.time_step, seen,
+        beyond = (
+            self.terminal_weight, self.effort_weights, self.time_step, seen,
             self.half_share * self.soft_risk_weight, self.half_share * self.excess_weights,
             self.risk_limit, self.standing_share,
         )  # fmt: skip
+        if self.distance_to_goal is None:
+            squared = self.goal_cost == "squared"
+            total = straight_motion_cost(path, self.goal, self.goal_weights, squared, *beyond)
+        else:
+            total = motion_cost(path, self.goal_costs(path[1:]), *beyond)
+        if self.wish is None and not self.graded:
+            return total
         first = (path[1:2] - path[:1]) / self.time_step
         if self.wish is not None:
             total += self.wish_costs(first)[0]
         return total + float(self.first_step_costs(first)[0]) if self.graded else total
 
-    @property
+    @cached_property
     def largest_change(self) -> float:
         """m/s by which the first action may differ from the present velocity; inf without a limit.
 
@@ -172,13 +181,12 @@ class PlanningProblem:
 
         Judged are the acceleration, the risk until the next call and the walls along the first step.
         """
-        out = np.zeros(len(velocities))
-        change = self.largest_change
-        if self.velocity is not None and change < math.inf:
-            size = np.sqrt(np.square(velocities - self.velocity).sum(axis=1))
-            out[size > change * (1 + 1e-6) + 1e-9] = np.inf
-        if self.first_step is not None:
-            out += self.first_step.costs(self.start, velocities, graded=self.graded, steep=self.steep_risk_weight)
+        if self.first_step is None:
+            out = np.zeros(len(velocities))
+        else:
+            out = self.first_step.costs(self.start, velocities, graded=self.graded, steep=self.steep_risk_weight)
+        if self.velocity is not None and self.largest_change < math.inf:
+            forbid_changes(velocities, self.velocity, self.largest_change, out)
         if self.obstacles is not None:
             ends = self.start + velocities * self.time_step
             margin = min(self.margin, float(self.obstacles.distance(self.start[None])[0]) - 1e-9)
@@ -207,5 +215,5 @@ def respects(risk: FloatArray, rule: RiskRule, limit: float) -> bool:
     if rule == "trajectory":
         return float(risk[1::2].sum()) <= limit + tolerance
     if rule == "cells":
-        return float(risk.max(initial=0.0)) <= 0.5
-    return float(risk.max(initial=0.0)) <= limit + tolerance
+        return max(risk.tolist(), default=0.0) <= 0.5
+    return max(risk.tolist(), default=0.0) <= limit + tolerance

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep._kernels.risk_sweep import sweep_risk
+from sidestep._kernels.risk_sweep import charge_first_step, sweep_risk
 from sidestep.types import FloatArray, IntArray, Vector
 
 
@@ -62,13 +62,7 @@ class FirstStep:
         within the distance already, the robot's own motion must not bring it closer to them.
         """
         risk, approach = self.risk(start, velocities)
-        standing = np.all(velocities == 0.0, axis=1)
-        if graded:
-            out = steep * (np.maximum(risk - self.limit, 0.0) + np.maximum(approach, 0.0) * self.interval)
-            out[standing] *= 1.0 / 3.0
-            return out
-        bad = ((risk > self.limit * (1 + 1e-9)) | (approach > 1e-9)) & ~standing
-        return np.where(bad, np.inf, 0.0)
+        return charge_first_step(velocities, risk, approach, self.limit, self.interval, graded, steep)
 
 
 def first_step_risk(

@@ -15,6 +15,7 @@ prediction.contact                         # (N,)
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -116,10 +117,10 @@ def frame_of(model: HumanModel, position: VectorLike, velocity: VectorLike | Non
         return Lattice(origin=origin, spacing=model.walking_speed * time_step, radius=0)
     motion = np.zeros(origin.size) if velocity is None else np.asarray(velocity, dtype=np.float64)
     low, high = model.speed_range
-    fastest = min(max(float(np.linalg.norm(motion)), low), high)
-    return Lattice(
-        origin=origin, spacing=fastest / model.reach * time_step, radius=0, rotation=heading_rotation(motion)
-    )
+    fastest = min(max(math.hypot(*motion), low), high)
+    rotation = heading_rotation(motion)
+    rotation.setflags(write=False)
+    return Lattice(origin=origin, spacing=fastest / model.reach * time_step, radius=0, rotation=rotation)
 
 
 def predict(
