@@ -14,7 +14,7 @@ from sidestep.simulation.assembly import planner_of
 from sidestep.simulation.lab import run_lab
 from sidestep.simulation.lab_room import LabSettings
 from sidestep.simulation.loop import simulate
-from sidestep.studies import hidden_goals, robots, signalling
+from sidestep.studies import hidden_goals, robots, scale, signalling
 from sidestep.studies.arms import run_study, studies
 from sidestep.studies.conditions import conditions
 from sidestep.studies.filtering import BlindStraight, Guarded
@@ -52,7 +52,7 @@ def test_every_study_has_a_row_per_arm_as_long_as_its_header():
     for study in studies().values():
         assert study.header
         assert study.episodes >= 100
-    assert set(studies()) == {"robots", "filter", "signal", "goals", "lab", "lab-mujoco"}
+    assert set(studies()) == {"robots", "filter", "signal", "goals", "lab", "lab-mujoco", "scale"}
 
 
 @pytest.mark.slow
@@ -89,6 +89,32 @@ def test_the_filter_keeps_a_blind_controller_from_driving_into_people():
         assert 0 < guard.interfered < guard.calls  # lets through what is safe
     assert touched[True] == 0
     assert touched[False] > 0
+
+
+@pytest.mark.slow
+def test_encounters_come_from_all_sides_and_would_touch_but_for_the_planner():
+    found = run_study("scale", episodes=2)
+    for column in found.values():
+        assert column["moving_contact"].sum() == 0
+        assert (column["promised"] >= 0).all()
+        assert (column["seconds"] > 0).all()
+    told = scale.SCALE.remarks(found)[0]
+    assert "A million of them take" in told
+    assert len(scale.SCALE.rows(found)[0]) == len(scale.SCALE.header)
+    touched, sides = 0, set()
+    for seed in range(8):
+        scenario = scale.encounter(seed, "unconcerned")
+        record = simulate(scenario, navigator=BlindStraight(trip_of(scenario)), snapshots=0)
+        touched += bool((np.linalg.norm(record.people_positions - record.robot_positions[:, None], axis=2) < 0.6).any())
+        sides.add(scenario.people[0].start[0] > 0)
+    assert touched >= 4
+    assert sides == {False, True}
+
+
+def test_the_efficiency_of_workers_is_that_of_the_same_episodes(monkeypatch):
+    monkeypatch.setattr(scale, "TIMED", 1)
+    (line,) = scale.efficiency(1, pieces=2)
+    assert line.endswith("parallel efficiency 1.00.")
 
 
 def test_the_command_writes_a_table_and_a_page(tmp_path, capsys):

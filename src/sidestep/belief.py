@@ -10,6 +10,7 @@ import numpy as np
 from sidestep._kernels import evidence as kernel
 from sidestep.types import FloatArray
 
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Belief:
     """P(goal, β) of one person.

@@ -23,7 +23,8 @@ def study(
 
     Args:
         name: robots (several robots), filter (the safety filter around others), signal (the danger signal), goals
-            (unknown goals), lab (the laboratory, scans at once and late) or lab-mujoco (the same in MuJoCo).
+            (unknown goals), lab (the laboratory, scans at once and late), lab-mujoco (the same in MuJoCo) or scale (a
+            hundred thousand encounters, and what they cost).
         episodes: per arm (of controls a tenth); as many as the study asks for unless given.
         seed: of the first episode.
         workers: processes; all cores by default.
@@ -54,6 +55,8 @@ def study(
         )
     asked = studies()[name]
     rows, remarks = asked.rows(found), asked.remarks(found)
+    if asked.measured is not None:
+        remarks = remarks + asked.measured(jobs)
     result: dict[str, Any] = {
         "study": name,
         "table": [dict(zip(asked.header, row, strict=True)) for row in rows],

@@ -29,6 +29,7 @@ class Study:
         piece: episodes that are done, kept and lost together.
         header, rows: of the table; rows from the numbers of every arm (arm → column → (E,)).
         remarks: (numbers) → what must be said beside the table.
+        measured: (workers) → remarks on this machine, found by running something once more; None: nothing.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Study:
     episodes: int
     piece: int = 20
     controls: frozenset[str] = frozenset()
+    measured: Callable[[int], list[str]] | None = None
 
     def count(self, arm: str, episodes: int) -> int:
         """Return how many of `episodes` an arm gets."""
@@ -69,9 +71,10 @@ def studies() -> Mapping[str, Study]:
     from sidestep.studies.hidden_goals import HIDDEN_GOALS
     from sidestep.studies.lab_proof import LAB, LAB_MUJOCO
     from sidestep.studies.robots import ROBOTS
+    from sidestep.studies.scale import SCALE
     from sidestep.studies.signalling import SIGNAL
 
-    return {study.name: study for study in (ROBOTS, FILTER, SIGNAL, HIDDEN_GOALS, LAB, LAB_MUJOCO)}
+    return {study.name: study for study in (ROBOTS, FILTER, SIGNAL, HIDDEN_GOALS, LAB, LAB_MUJOCO, SCALE)}
 
 
 def run_study(
