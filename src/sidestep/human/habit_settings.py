@@ -141,9 +141,22 @@ def class_tables(settings: HabitSettings) -> ClassTables:
             )
         ),
         constants=frozen_array(
-            [s.acceleration_density, s.gap, s.window, s.spacing, s.freedom, s.tempering, s.standing_speed]
-            + [s.change_time, s.change_speed, s.forgetting, s.top_speed_time]
-            + [s.mean_time, s.extrapolation_time, s.extrapolation]
+            [
+                s.acceleration_density,
+                s.gap,
+                s.window,
+                s.spacing,
+                s.freedom,
+                s.tempering,
+                s.standing_speed,
+                s.change_time,
+                s.change_speed,
+                s.forgetting,
+                s.top_speed_time,
+                s.mean_time,
+                s.extrapolation_time,
+                s.extrapolation,
+            ]  # fmt: skip
         ),
         walking_modes=frozen_array(s.walking_modes),
         standing_modes=frozen_array(s.standing_modes),

@@ -123,7 +123,7 @@ def _timed(piece: int) -> int:
 SCALE = Study(
     name="scale",
     title="A hundred thousand encounters",
-    lead="One person, concerned or not, whose way crosses the robot's at any angle (20° to 340°, 180° being head-on) so "
+    lead="One person, concerned or not, whose way crosses the robot's at any angle (20° to 340°, 180° is head-on) so "
     "that both would be there at the same time; 0.8 to 1.2 m/s, one decision in twenty at random. The robot plans at "
     "2 Hz over 5 steps. Rates this small need this many episodes.",
     arms={kind: partial(episode, kind=kind) for kind in ("concerned", "unconcerned")},
