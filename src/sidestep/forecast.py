@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.occupancy import Prediction, Workspace
 from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
-from sidestep.types import FloatArray, Path
+from sidestep.types import FloatArray, IntArray, Path
 
 _SAME = 1e-6  # m; motions closer than this induce the same prediction
 
@@ -75,16 +75,29 @@ class Forecast:
             return None
         minds = [s.mind for s in self.near]
         told = [self.predictions[m.id] for m in minds]
+        counts = [len(p.velocities) for p in told]
         return FirstStep(
             positions=np.array([m.position for m in minds]),
             sigmas=np.array([s.position_sigma for s in self.near]),
-            person=np.repeat(np.arange(len(told)), [len(p.velocities) for p in told]),
-            velocities=np.concatenate([p.velocities for p in told]),
-            probabilities=np.concatenate([_mixed(m, p) for m, p in zip(minds, told, strict=True)]),
+            person=_numbered(tuple(counts)),
+            velocities=_joined([p.velocities for p in told]),
+            probabilities=_joined([_mixed(m, p) for m, p in zip(minds, told, strict=True)]),
             distances=np.array([s.contact + NEAR_MARGIN for s in self.near]),
             interval=around.interval,
             limit=around.first_step_limit,
         )
+
+
+@lru_cache(maxsize=64)
+def _numbered(counts: tuple[int, ...]) -> IntArray:
+    """0, 0, …, 1, 1, …: each number as often as `counts` says."""
+    numbers = np.repeat(np.arange(len(counts)), counts)
+    numbers.setflags(write=False)
+    return numbers
+
+
+def _joined(arrays: Sequence[FloatArray]) -> FloatArray:
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
 
 
 def foresee(

@@ -30,7 +30,7 @@ from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed
 
 _log = logging.getLogger(__name__)
 
@@ -212,8 +212,8 @@ class Planner:
 
     def _plan(self, now: Situation, outcome: Outcome, started: float) -> Plan:
         seen, settings = outcome.foreseen, self.settings
-        velocities = np.diff(outcome.path, axis=0) / settings.time_step
-        risk = outcome.risk.reshape(-1, 2).max(axis=1)
+        velocities = (outcome.path[1:] - outcome.path[:-1]) / settings.time_step
+        risk = np.maximum(outcome.risk[0::2], outcome.risk[1::2])
         wary = [s.mind for s in seen.near if s.mind.belief.concerned < (settings.signal_belief or 0.0)]
         return Plan(
             time=now.time,
@@ -221,9 +221,9 @@ class Planner:
             velocity=frozen_array(self.robot.limited(velocities[0])),
             command=frozen_array(self.robot.command(velocities[0], now.state, hold=self._interval)),
             positions=frozen_array(outcome.path),
-            velocities=frozen_array(velocities),
-            collision_probability=frozen_array(seen.contact),
-            risk=frozen_array(risk),
+            velocities=sealed(velocities),
+            collision_probability=sealed(seen.contact),
+            risk=sealed(risk),
             risk_limit=settings.risk_limit,
             status=outcome.status,
             reason=_reason(outcome, settings, risk),

@@ -37,3 +37,9 @@ def frozen_array(values: VectorLike | FloatArray) -> FloatArray:
     array = np.array(values, dtype=np.float64, order="C")
     array.setflags(write=False)
     return array
+
+
+def sealed(array: FloatArray) -> FloatArray:
+    """Make an array that nobody else holds read-only, and return it."""
+    array.setflags(write=False)
+    return array

@@ -98,6 +98,13 @@ class HabitSettings:
                 raise InvalidInput(f"habits.{name}", getattr(self, name), "three numbers > 0")
 
 
+_CONSTANTS = (
+    "acceleration_density", "gap", "window", "spacing", "freedom", "tempering", "standing_speed", "change_time",
+    "change_speed", "forgetting", "top_speed_time", "mean_time", "extrapolation_time", "extrapolation",
+)  # fmt: skip
+"""In the order in which `_kernels.habits.learn` reads them."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ClassTables:
     """What follows from the settings alone, as arrays.
@@ -140,24 +147,7 @@ def class_tables(settings: HabitSettings) -> ClassTables:
                 ]
             )
         ),
-        constants=frozen_array(
-            [
-                s.acceleration_density,
-                s.gap,
-                s.window,
-                s.spacing,
-                s.freedom,
-                s.tempering,
-                s.standing_speed,
-                s.change_time,
-                s.change_speed,
-                s.forgetting,
-                s.top_speed_time,
-                s.mean_time,
-                s.extrapolation_time,
-                s.extrapolation,
-            ]  # fmt: skip
-        ),
+        constants=frozen_array([getattr(s, name) for name in _CONSTANTS]),
         walking_modes=frozen_array(s.walking_modes),
         standing_modes=frozen_array(s.standing_modes),
     )
