@@ -18,7 +18,7 @@ from sidestep.planning.geodesic import distance_to_goal
 from sidestep.planning.problem import LAG, PlanningProblem
 from sidestep.planning.search import search
 from sidestep.planning.search_maps import lattice_taps, prepare, resolution
-from sidestep.prediction.collision import RiskField
+from sidestep.prediction.collision import RiskField, all_in_reach
 from sidestep.prediction.first_step import FirstStep
 
 
@@ -83,11 +83,12 @@ def made_case(seed, d, horizon, radius, shape, *, walls, midway, steep):
     embedded = np.zeros((len(taps), 3), dtype=np.int64)
     embedded[:, 3 - d :] = taps
     box = (1,) * (3 - d) + (width,) * d
+    low, size = all_in_reach(horizon, radius, d)
     arguments = (
         horizon, radius, active, embedded, given_["effort"], given_["first"], stage.reshape(box),
-        given_["terminal"].astype(np.float32).reshape(box), blocked, halfway, np.concatenate(values), starts,
-        np.array([r is not None for r in rasters]), given_["weights"], given_["limit"], steep,
-        given_["share"],
+        given_["terminal"].astype(np.float32).reshape(box), blocked, halfway,
+        kernel.Seen(np.concatenate(values), starts, np.array([r is not None for r in rasters]), low, size),
+        given_["weights"], given_["limit"], steep, given_["share"], low[::2], size[::2],
     )  # fmt: skip
     return given_, arguments
 

@@ -12,7 +12,7 @@ from alternatives import risk as naive
 from made_masses import person, still_person
 from made_people import draw_encounter, predicted
 from sidestep._kernels import blocks, risk, risk_profile, risk_raster
-from sidestep.prediction.collision import PersonMass, RiskField, RiskRasters
+from sidestep.prediction.collision import PersonMass, RiskField, RiskRasters, all_in_reach
 
 PLACES = st.tuples(st.floats(-2, 3), st.floats(-2, 2))
 
@@ -111,13 +111,13 @@ def test_staircase_bounds_the_profile():
 
 def test_rasters_hold_the_raster_of_every_half_instant():
     people = field(person(horizon=3, position=(0.9, 0.1)), distances=0.6)
-    whole = people.rasters(np.zeros(2), 0.125, 4, limit=1e-9)
+    whole = people.rasters(np.zeros(2), 0.125, all_in_reach(3, 4, 2), limit=1e-9)
     for b in range(1, 7):
         radius = (4 * b + 1) // 2
         part = whole.values[whole.starts[b] : whole.starts[b + 1]]
         assert part == pytest.approx(people.raster(b, np.zeros(2), 0.125, radius).ravel(), abs=1e-6)
         assert whole.some[b] == (part.max() > 0)
-    assert not field(person(horizon=3, position=(50.0, 0.0))).rasters(np.zeros(2), 0.125, 4).some.any()
+    assert not field(person(horizon=3, position=(50.0, 0.0))).rasters(np.zeros(2), 0.125, all_in_reach(3, 4, 2)).some.any()
 
 
 @given(place=PLACES, block=st.integers(1, 6), small=st.floats(0.1, 1.0), more=st.floats(0.0, 0.5), spread=st.booleans())
@@ -183,7 +183,7 @@ def test_nobody_is_no_risk():
     assert (nobody.along(np.zeros((4, 2))) == 0).all()
     assert nobody.blocks == 0
     assert not nobody.has_midway
-    assert not RiskRasters.nobody(3).some.any()
+    assert not RiskRasters.nobody(all_in_reach(3, 4, 2)).some.any()
     assert (nobody.raster(1, np.zeros(2), 0.1, 3) == 0).all()
 
 

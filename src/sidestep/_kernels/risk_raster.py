@@ -21,33 +21,32 @@ HEAVY = 0.25
 
 @njit(cache=True)
 def _add_ball(
-    ends: FloatArray, c0: float, c1: float, c2: float, radius: float, mass: float, half: IntArray, box: IntArray
+    ends: FloatArray, c0: float, c1: float, c2: float, radius: float, mass: float, size: IntArray, box: IntArray
 ) -> None:
     """Add `mass` to all cells within `radius` of c, as differences along the middle axis; grow `box` around them."""
     reach = radius * (1.0 - 1e-9)
-    first = max(-half[2], math.ceil(c2 - reach))
-    last = min(half[2], math.floor(c2 + reach))
-    if first > last or c1 - reach > half[1] or c1 + reach < -half[1]:
+    first = max(0, math.ceil(c2 - reach))
+    last = min(size[2] - 1, math.floor(c2 + reach))
+    if first > last or c1 - reach > size[1] - 1 or c1 + reach < 0:
         return
-    for i in range(max(-half[0], math.ceil(c0 - reach)), min(half[0], math.floor(c0 + reach)) + 1):
-        ii = i + half[0]
-        box[0] = min(box[0], ii)
-        box[1] = max(box[1], ii)
+    for i in range(max(0, math.ceil(c0 - reach)), min(size[0] - 1, math.floor(c0 + reach)) + 1):
+        box[0] = min(box[0], i)
+        box[1] = max(box[1], i)
         for k in range(first, last + 1):
             rest = reach * reach - (i - c0) ** 2 - (k - c2) ** 2
             if rest < 0.0:
                 continue
             h = math.sqrt(rest)
-            low = max(-half[1], math.ceil(c1 - h)) + half[1]
-            high = min(half[1], math.floor(c1 + h)) + half[1]
+            low = max(0, math.ceil(c1 - h))
+            high = min(size[1] - 1, math.floor(c1 + h))
             if low > high:
                 continue
-            ends[ii, low, k + half[2]] += mass
-            ends[ii, high + 1, k + half[2]] -= mass
+            ends[i, low, k] += mass
+            ends[i, high + 1, k] -= mass
             box[2] = min(box[2], low)
             box[3] = max(box[3], high)
-    box[4] = min(box[4], first + half[2])
-    box[5] = max(box[5], last + half[2])
+    box[4] = min(box[4], first)
+    box[5] = max(box[5], last)
 
 
 @njit(cache=True)
@@ -89,7 +88,7 @@ def rasterise(
     origin: FloatArray,
     spacing: float,
     block: int,
-    half: IntArray,
+    low: IntArray,
     active: IntArray,
     table: FloatArray,
     limit: float,
@@ -105,10 +104,10 @@ def rasterise(
         distances: (P,) m.
         weights: (P, C) of the spread classes.
         sigmas: (P, B, C) m.
-        origin: (3,) m, centre of the box.
+        origin: (3,) m, the cell 0.
         spacing: m.
         block: half instant.
-        half: (3,) cells from the centre to the faces.
+        low: (3,) lowest cell of the box.
         active: (3,) 1 where the axis exists.
         table: of `blob_table`.
         limit: risk limit that the raster shall serve.
@@ -119,9 +118,10 @@ def rasterise(
         True if any cell is above zero.
     """
     touched = add_wide(
-        cells, masses, starts, distances, weights, sigmas, origin, spacing, block, half, active, table, limit, out
+        cells, masses, starts, distances, weights, sigmas, origin, spacing, block, low, active, table, limit, out
     )
     box = np.empty(6, np.int64)
+    size = np.array(out.shape)
     narrow = np.empty(weights.shape[1])
     radii, shares = np.empty(STEPS), np.empty(STEPS)
     for person in range(starts.shape[0]):
@@ -137,14 +137,14 @@ def rasterise(
         box[0], box[2], box[4] = out.shape[0], out.shape[1], out.shape[2]
         box[1] = box[3] = box[5] = -1
         for n in range(first, last):
-            c0 = (cells[n, 0] - origin[0]) / spacing
-            c1 = (cells[n, 1] - origin[1]) / spacing
-            c2 = (cells[n, 2] - origin[2]) / spacing
+            c0 = (cells[n, 0] - origin[0]) / spacing - low[0]
+            c1 = (cells[n, 1] - origin[1]) / spacing - low[1]
+            c2 = (cells[n, 2] - origin[2]) / spacing - low[2]
             if masses[n] < HEAVY * limit:
-                _add_ball(ends, c0, c1, c2, distances[person] / spacing, masses[n] * whole, half, box)
+                _add_ball(ends, c0, c1, c2, distances[person] / spacing, masses[n] * whole, size, box)
                 continue
             for s in range(used):
-                _add_ball(ends, c0, c1, c2, radii[s] / spacing, masses[n] * shares[s], half, box)
+                _add_ball(ends, c0, c1, c2, radii[s] / spacing, masses[n] * shares[s], size, box)
         if box[1] >= 0:
             _integrate(ends, box)
             touched = _merge(ends, out, box) or touched
@@ -161,15 +161,14 @@ def rasterise_all(
     sigmas: FloatArray,
     origin: FloatArray,
     spacing: float,
-    radius: int,
     active: IntArray,
     table: FloatArray,
     limit: float,
     midway: bool,
+    low: IntArray,
+    size: IntArray,
 ) -> tuple[NDArray[np.float32], IntArray, NDArray[np.bool_]]:
-    """Rasters for every half instant 1..2N that a robot can reach which moves up to `radius` cells per step.
-
-    Half instant b covers the box of (radius·b + 1)//2 cells around the robot.
+    """Rasters for every half instant 1..2N, each over its box.
 
     Args:
         cells: as for `rasterise`, and so are the other arguments that it has.
@@ -180,35 +179,32 @@ def rasterise_all(
         sigmas: (P, B, C) m.
         origin: (3,) m, the robot.
         spacing: m.
-        radius: cells per step.
         active: (3,).
         table: of `blob_table`.
         limit: risk limit.
         midway: False leaves the odd half instants out.
+        low: (B, 3) lowest cell of each box, counted from the origin.
+        size: (B, 3) cells.
 
     Returns:
         values (flat), starts (B + 1,), and (B,) whether anything but zero is there.
     """
     blocks = starts.shape[1] - 1
     begin = np.zeros(blocks + 1, np.int64)
-    half = np.zeros(3, np.int64)
+    most = 0
     for b in range(1, blocks):
-        size = 1
-        for a in range(3):
-            size *= 2 * ((radius * b + 1) // 2) * active[a] + 1
-        begin[b + 1] = begin[b] + (size if midway or b % 2 == 0 else 0)
+        wanted = midway or b % 2 == 0
+        begin[b + 1] = begin[b] + (size[b, 0] * size[b, 1] * size[b, 2] if wanted else 0)
+        most = max(most, size[b, 0] * (size[b, 1] + 1) * size[b, 2])
     values = np.zeros(begin[blocks], np.float32)
     some = np.zeros(blocks, np.bool_)
-    r = (radius * blocks + 1) // 2
-    ends = np.zeros((2 * r * active[0] + 1) * (2 * r * active[1] + 2) * (2 * r * active[2] + 1))
+    ends = np.zeros(most)
     for b in range(1, blocks):
         if begin[b + 1] == begin[b]:
             continue
-        for a in range(3):
-            half[a] = ((radius * b + 1) // 2) * active[a]
-        w0, w1, w2 = 2 * half[0] + 1, 2 * half[1] + 1, 2 * half[2] + 1
+        w0, w1, w2 = size[b]
         some[b] = rasterise(
-            cells, masses, starts, distances, weights, sigmas, origin, spacing, b, half, active, table, limit,
+            cells, masses, starts, distances, weights, sigmas, origin, spacing, b, low[b], active, table, limit,
             ends[: w0 * (w1 + 1) * w2].reshape((w0, w1 + 1, w2)),
             values[begin[b] : begin[b + 1]].reshape((w0, w1, w2)),
         )  # fmt: skip

@@ -53,29 +53,37 @@ def _kernel(
     while last > 1 and curve[last - 1] < least:
         last -= 1
     r = int(rings[last] / h) + 1
-    out = np.zeros((2 * r * active[0] + 1, 2 * r * active[1] + 1, 2 * r * active[2] + 1))
+    by_square = np.zeros(3 * r * r + 1)  # cells equally far away have the same value
+    for q in range(r * r + 1):
+        t = h * math.sqrt(q) / reach * (RINGS - 1)
+        if t < last:
+            n = int(t)
+            by_square[q] = curve[n] + (t - n) * (curve[n + 1] - curve[n])
+    out = np.empty((2 * r * active[0] + 1, 2 * r * active[1] + 1, 2 * r * active[2] + 1))
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             near = (i - r * active[0]) ** 2 + (j - r * active[1]) ** 2
             for k in range(out.shape[2]):
-                t = h * math.sqrt(near + (k - r * active[2]) ** 2) / reach * (RINGS - 1)
-                if t < last:
-                    n = int(t)
-                    out[i, j, k] = curve[n] + (t - n) * (curve[n + 1] - curve[n])
+                out[i, j, k] = by_square[near + (k - r * active[2]) ** 2]
     return out
 
 
 @njit(cache=True)
 def _share_out(
-    cells: FloatArray, masses: FloatArray, origin: FloatArray, h: float, active: IntArray, out: FloatArray
+    cells: FloatArray,
+    masses: FloatArray,
+    origin: FloatArray,
+    h: float,
+    active: IntArray,
+    low: IntArray,
+    out: FloatArray,
 ) -> None:
     """Share every mass among the coarse cells around it, so that total and mean stay; what is off the box is lost."""
     w0, w1, w2 = out.shape
-    h0, h1, h2 = (w0 - 1) // 2, (w1 - 1) // 2, (w2 - 1) // 2
     for n in range(masses.size):
-        c0 = (cells[n, 0] - origin[0]) / h + h0
-        c1 = (cells[n, 1] - origin[1]) / h + h1
-        c2 = (cells[n, 2] - origin[2]) / h + h2
+        c0 = (cells[n, 0] - origin[0]) / h - low[0]
+        c1 = (cells[n, 1] - origin[1]) / h - low[1]
+        c2 = (cells[n, 2] - origin[2]) / h - low[2]
         i, j, k = math.floor(c0), math.floor(c1), math.floor(c2)
         if i < 0 or j < 0 or k < 0 or i + active[0] >= w0 or j + active[1] >= w1 or k + active[2] >= w2:
             continue
@@ -89,44 +97,46 @@ def _share_out(
 
 
 @njit(cache=True)
-def _coarser(fine: FloatArray, out: FloatArray) -> None:
+def _coarser(fine: FloatArray, fine_low: IntArray, out: FloatArray, low: IntArray) -> None:
     """Share the masses of one level among the cells of the next; what is off the box is lost."""
-    f0, f1, f2 = (fine.shape[0] - 1) // 2, (fine.shape[1] - 1) // 2, (fine.shape[2] - 1) // 2
-    h0, h1, h2 = (out.shape[0] - 1) // 2, (out.shape[1] - 1) // 2, (out.shape[2] - 1) // 2
-    for i in range(-f0, f0 + 1):
-        for j in range(-f1, f1 + 1):
-            for k in range(-f2, f2 + 1):
-                mass = fine[i + f0, j + f1, k + f2]
+    for i in range(fine.shape[0]):
+        x = i + fine_low[0]
+        for j in range(fine.shape[1]):
+            y = j + fine_low[1]
+            for k in range(fine.shape[2]):
+                mass = fine[i, j, k]
                 if mass == 0.0:
                     continue
-                for p in range(1 + (i & 1)):
-                    a = (i >> 1) + p + h0
-                    for q in range(1 + (j & 1)):
-                        b = (j >> 1) + q + h1
-                        for s in range(1 + (k & 1)):
-                            c = (k >> 1) + s + h2
+                z = k + fine_low[2]
+                mass /= (1 + (x & 1)) * (1 + (y & 1)) * (1 + (z & 1))
+                for p in range(1 + (x & 1)):
+                    a = (x >> 1) + p - low[0]
+                    for q in range(1 + (y & 1)):
+                        b = (y >> 1) + q - low[1]
+                        for s in range(1 + (z & 1)):
+                            c = (z >> 1) + s - low[2]
                             if 0 <= a < out.shape[0] and 0 <= b < out.shape[1] and 0 <= c < out.shape[2]:
-                                out[a, b, c] += mass / ((1 + (i & 1)) * (1 + (j & 1)) * (1 + (k & 1)))
+                                out[a, b, c] += mass
 
 
 @njit(cache=True)
-def _blur(source: FloatArray, kernel: FloatArray, out: FloatArray) -> None:
-    """Add source ⊗ kernel to `out`; all three are boxes around the same centre, odd along each axis."""
-    s0, s1, s2 = (source.shape[0] - 1) // 2, (source.shape[1] - 1) // 2, (source.shape[2] - 1) // 2
+def _blur(source: FloatArray, source_low: IntArray, kernel: FloatArray, out: FloatArray, low: IntArray) -> None:
+    """Add source ⊗ kernel to `out`; the kernel is centred."""
     r0, r1, r2 = (kernel.shape[0] - 1) // 2, (kernel.shape[1] - 1) // 2, (kernel.shape[2] - 1) // 2
-    h0, h1, h2 = (out.shape[0] - 1) // 2, (out.shape[1] - 1) // 2, (out.shape[2] - 1) // 2
-    for i in range(max(-s0, -h0 - r0), min(s0, h0 + r0) + 1):
-        for j in range(max(-s1, -h1 - r1), min(s1, h1 + r1) + 1):
-            for k in range(max(-s2, -h2 - r2), min(s2, h2 + r2) + 1):
-                mass = source[i + s0, j + s1, k + s2]
+    d0, d1, d2 = source_low[0] - low[0], source_low[1] - low[1], source_low[2] - low[2]
+    for i in range(max(0, -d0 - r0), min(source.shape[0], out.shape[0] - d0 + r0)):
+        for j in range(max(0, -d1 - r1), min(source.shape[1], out.shape[1] - d1 + r1)):
+            for k in range(max(0, -d2 - r2), min(source.shape[2], out.shape[2] - d2 + r2)):
+                mass = source[i, j, k]
                 if mass == 0.0:
                     continue
-                first, last = max(-h2, k - r2), min(h2, k + r2)
-                for a in range(max(-h0, i - r0), min(h0, i + r0) + 1):
-                    for b in range(max(-h1, j - r1), min(h1, j + r1) + 1):
-                        row = out[a + h0, b + h1, first + h2 : last + h2 + 1]
-                        weight = kernel[a - i + r0, b - j + r1, first - k + r2 : last - k + r2 + 1]
-                        for c in range(row.size):
+                x, y, z = i + d0, j + d1, k + d2
+                first, last = max(0, z - r2), min(out.shape[2], z + r2 + 1)
+                for a in range(max(0, x - r0), min(out.shape[0], x + r0 + 1)):
+                    for b in range(max(0, y - r1), min(out.shape[1], y + r1 + 1)):
+                        row = out[a, b, first:last]
+                        weight = kernel[a - x + r0, b - y + r1, first - z + r2 : last - z + r2]
+                        for c in range(np.uintp(row.size)):
                             row[c] += mass * weight[c]
 
 
@@ -143,34 +153,36 @@ def _unite(total: FloatArray, part: FloatArray) -> None:
 
 
 @njit(cache=True)
-def _refine(coarse: FloatArray, out: FloatArray | NDArray[np.float32]) -> None:
-    """Unite `out` with a lattice of twice the spacing around the same centre, interpolated."""
-    g0, g1, g2 = (coarse.shape[0] - 1) // 2, (coarse.shape[1] - 1) // 2, (coarse.shape[2] - 1) // 2
-    h0, h1, h2 = (out.shape[0] - 1) // 2, (out.shape[1] - 1) // 2, (out.shape[2] - 1) // 2
+def _refine(
+    coarse: FloatArray, coarse_low: IntArray, out: FloatArray | NDArray[np.float32], low: IntArray
+) -> None:
+    """Unite `out` with a lattice of twice the spacing, interpolated."""
+    g0, g1, g2 = coarse_low[0], coarse_low[1], coarse_low[2]
     line = np.empty(coarse.shape[2])
-    for i in range(-h0, h0 + 1):
-        i0, i1 = (i >> 1) + g0, ((i + 1) >> 1) + g0
-        for j in range(-h1, h1 + 1):
-            j0, j1 = (j >> 1) + g1, ((j + 1) >> 1) + g1
+    for i in range(out.shape[0]):
+        x = i + low[0]
+        i0, i1 = (x >> 1) - g0, ((x + 1) >> 1) - g0
+        for j in range(out.shape[1]):
+            y = j + low[1]
+            j0, j1 = (y >> 1) - g1, ((y + 1) >> 1) - g1
             for k in range(line.size):
                 line[k] = 0.25 * (coarse[i0, j0, k] + coarse[i0, j1, k] + coarse[i1, j0, k] + coarse[i1, j1, k])
-            row = out[i + h0, j + h1]
-            for k in range(-h2, h2 + 1):
-                p = 0.5 * (line[(k >> 1) + g2] + line[((k + 1) >> 1) + g2])
-                row[k + h2] += p - row[k + h2] * p
+            row = out[i, j]
+            for k in range(row.size):
+                z = k + low[2]
+                p = 0.5 * (line[(z >> 1) - g2] + line[((z + 1) >> 1) - g2])
+                row[k] += p - row[k] * p
 
 
 @njit(cache=True)
-def _grid(half: IntArray, wider: int, level: int) -> FloatArray:
-    """Zeros over `half` robot cells and a little more, widened by `wider` cells of the level."""
-    s0, s1, s2 = 0, 0, 0
-    if half[0] > 0:
-        s0 = ((half[0] - 1) >> level) + 2 + wider
-    if half[1] > 0:
-        s1 = ((half[1] - 1) >> level) + 2 + wider
-    if half[2] > 0:
-        s2 = ((half[2] - 1) >> level) + 2 + wider
-    return np.zeros((2 * s0 + 1, 2 * s1 + 1, 2 * s2 + 1))
+def _grid(low: IntArray, size: IntArray, active: IntArray, wider: int, level: int) -> tuple[IntArray, FloatArray]:
+    """Lowest cell and zeros of a box of the level that holds a box of the robot's lattice, `wider` cells more around."""
+    first, last = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    for a in range(3):
+        if active[a]:
+            first[a] = (low[a] >> level) - 1 - wider
+            last[a] = ((low[a] + size[a] - 1) >> level) + 2 + wider
+    return first, np.zeros((last[0] - first[0] + 1, last[1] - first[1] + 1, last[2] - first[2] + 1))
 
 
 @njit(cache=True)
@@ -207,7 +219,7 @@ def add_wide(
     origin: FloatArray,
     spacing: float,
     block: int,
-    half: IntArray,
+    low: IntArray,
     active: IntArray,
     table: FloatArray,
     limit: float,
@@ -218,8 +230,10 @@ def add_wide(
     The levels of one person are united as if they were different people; the difference is their product, which is
     nothing at the scale of the limit.
     """
-    totals = (_grid(half, 0, 1), _grid(half, 0, 2), _grid(half, 0, 3))
-    parts = (_grid(half, 0, 1), _grid(half, 0, 2), _grid(half, 0, 3))
+    size = np.array(out.shape)
+    lows = (_grid(low, size, active, 0, 1)[0], _grid(low, size, active, 0, 2)[0], _grid(low, size, active, 0, 3)[0])
+    totals = (_grid(low, size, active, 0, 1)[1], _grid(low, size, active, 0, 2)[1], _grid(low, size, active, 0, 3)[1])
+    parts = (np.zeros_like(totals[0]), np.zeros_like(totals[1]), np.zeros_like(totals[2]))
     found = False
     for person in range(starts.shape[0]):
         first, last = starts[person, block], starts[person, block + 1]
@@ -238,18 +252,21 @@ def add_wide(
         if not beyond and kernels[0].size == 1:
             continue
         found = True
-        sources = (_grid(half, reach1, 1), _grid(half, reach2, 2), _grid(half, reach3, 3))
-        _share_out(cells[first:last], masses[first:last], origin, 2.0 * spacing, active, sources[0])
+        low1, source1 = _grid(low, size, active, reach1, 1)
+        low2, source2 = _grid(low, size, active, reach2, 2)
+        low3, source3 = _grid(low, size, active, reach3, 3)
+        sources, corners = (source1, source2, source3), (low1, low2, low3)
+        _share_out(cells[first:last], masses[first:last], origin, 2.0 * spacing, active, low1, source1)
         if beyond:
-            _coarser(sources[0], sources[1])
+            _coarser(source1, low1, source2, low2)
         if kernels[2].size > 1:
-            _coarser(sources[1], sources[2])
+            _coarser(source2, low2, source3, low3)
         for level in range(3):
             if kernels[level].size > 1:
-                _blur(sources[level], kernels[level], parts[level])
+                _blur(sources[level], corners[level], kernels[level], parts[level], lows[level])
                 _unite(totals[level], parts[level])
     if found:
-        _refine(totals[2], totals[1])
-        _refine(totals[1], totals[0])
-        _refine(totals[0], out)
+        _refine(totals[2], lows[2], totals[1], lows[1])
+        _refine(totals[1], lows[1], totals[0], lows[0])
+        _refine(totals[0], lows[0], out, low)
     return found

@@ -1,78 +1,100 @@
-"""Backward induction over the robot's lattice (Eq. 9) and the walk along the minimisers."""
+"""Backward induction over the robot's lattice (Eq. 9) and the walk along the minimisers.
+
+Only a box of cells is looked at per step (see `search_tube`); what is off it is forbidden.
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sidestep._kernels.search_costs import (
-    Costs,
-    arrival_costs,
-    block_standing,
-    charge,
-    halfway_costs,
-    halfway_risk,
-    sizes,
-    standing,
-)
+from sidestep._kernels.min_plus import WIDTH, lower, lower_by_two
+from sidestep._kernels.search_costs import Costs, arrival_costs, charge, halfway_costs, halfway_risk, row_at, stand
 from sidestep.types import FloatArray, IntArray
 
-TILE = 4096
-"""Costs that are lowered together; they stay in the nearest cache while tap after tap passes."""
+
+class Seen(NamedTuple):
+    """Risk at half instants 1..2N, each over its box of the robot's lattice.
+
+    Attributes:
+        values: flat; starts: (B + 1,) where the half instants start in them; some: (B,) whether any is above zero.
+        low: (B, 3) lowest cells of the boxes, counted from the robot; size: (B, 3) cells.
+    """
+
+    values: Costs
+    starts: IntArray
+    some: NDArray[np.bool_]
+    low: IntArray
+    size: IntArray
+
+
+@njit(cache=True)
+def _shifts(taps: IntArray, low: IntArray, table_low: IntArray, size: IntArray) -> IntArray:
+    """How far apart, for every tap, its end lies in a table from where a row starts in it that begins at `low`."""
+    out = np.empty(taps.shape[0], np.int64)
+    for t in range(taps.shape[0]):
+        out[t] = (taps[t, 0] * size[1] + taps[t, 1]) * size[2] + taps[t, 2] + low[2] - table_low[2]
+    return out
+
+
+@njit(cache=True)
+def _halfway_shifts(taps: IntArray, active: IntArray, low: IntArray, table_low: IntArray, size: IntArray) -> IntArray:
+    """The same for the points halfway, which lie in one table per parity."""
+    out = np.empty(taps.shape[0], np.int64)
+    for t in range(taps.shape[0]):
+        a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
+        parity = ((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2]) + (c & 1)
+        place = ((a >> 1) * size[1] + (b >> 1)) * size[2] + (c >> 1) + low[2] - table_low[2]
+        out[t] = parity * size[0] * size[1] * size[2] + place
+    return out
 
 
 @njit(cache=True)
 def _sweep(
-    step: int,
-    radius: int,
     active: IntArray,
     taps: IntArray,
     effort: Costs,
-    arrive: Costs,
-    halfway: Costs,
+    low: IntArray,
+    size: IntArray,
+    stay: Costs,
+    stay_low: IntArray,
+    stay_size: IntArray,
+    risk: Costs,
+    risk_low: IntArray,
+    risk_size: IntArray,
+    price: tuple[float, float, float],
     has_halfway: bool,
+    halfway: Costs,
+    halfway_low: IntArray,
+    halfway_size: IntArray,
+    arrive: Costs,
+    arrive_low: IntArray,
+    arrive_size: IntArray,
     value: Costs,
 ) -> None:
-    """Take the minimum over all moving taps: value(y) = min_u e(u) + halfway(2y + u) + arrive(y + u).
+    """Cost to go over the box `low`, `size`: the least of standing still and value(y) = e(u) + halfway + arrive(y + u).
 
-    Rows are short and taps are many. So several rows are taken at once, laid out with the row length of `arrive`, which
-    `halfway` has too: for each tap they are then one long row. What is computed between the rows is not read.
+    Whole lines are written, beyond the end of a row: so a row begins only when the one before it is done.
     """
-    w0, w1, w2 = sizes(radius * step, active)
-    _, v1, v2 = sizes(radius * (step + 1), active)
-    r = (radius * (2 * step + 1) + 1) // 2
-    h0, h1, _ = sizes(r, active)
-    q = r - radius * step
-    rows = min(max(TILE // v2, 1), w1)
-    tile = np.empty(rows * v2, np.float32)
-    for i in range(w0):
-        for j in range(0, w1, rows):
-            some = min(rows, w1 - j)
-            tile[:] = np.inf
-            for n in range(some):
-                at = (i * w1 + j + n) * w2
-                tile[n * v2 : n * v2 + w2] = value[at : at + w2]
-            length = np.uintp((some - 1) * v2 + w2)
-            for t in range(1, taps.shape[0]):
-                a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
-                e = effort[t]
-                end = ((i + a + radius * active[0]) * v1 + j + b + radius * active[1]) * v2 + c + radius * active[2]
-                goal = np.uintp(end)
-                if has_halfway:
-                    parity = (((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2])) + (c & 1)
-                    mid = (parity * h0 + i + (a >> 1) + q * active[0]) * h1 + j + (b >> 1) + q * active[1]
-                    middle = np.uintp(mid * v2 + (c >> 1) + q * active[2])
-                    for k in range(length):
-                        cost = e + halfway[middle + k] + arrive[goal + k]
-                        tile[k] = cost if cost < tile[k] else tile[k]
-                else:
-                    for k in range(length):
-                        cost = e + arrive[goal + k]
-                        tile[k] = cost if cost < tile[k] else tile[k]
-            for n in range(some):
-                at = (i * w1 + j + n) * w2
-                value[at : at + w2] = tile[n * v2 : n * v2 + w2]
+    goals = _shifts(taps, low, arrive_low, arrive_size)
+    middles = _halfway_shifts(taps, active, low, halfway_low, halfway_size)
+    count, n = taps.shape[0], size[2]
+    for i in range(low[0], low[0] + size[0]):
+        for j in range(low[1], low[1] + size[1]):
+            at = row_at(i, j, low[2], low, size)
+            stand(
+                i, j, low[2], value[at : at + n], stay, stay_low, stay_size, risk, risk_low, risk_size, price[0],
+                price[1], price[2],
+            )  # fmt: skip
+            goal = row_at(i, j, arrive_low[2], arrive_low, arrive_size)
+            if has_halfway:
+                middle = row_at(i, j, halfway_low[2], halfway_low, halfway_size)
+                lower_by_two(1, count, effort, halfway, middles, middle, arrive, goals, goal, value, at, n)
+            else:
+                lower(1, count, effort, arrive, goals, goal, value, at, n)
 
 
 @njit(cache=True)
@@ -87,13 +109,13 @@ def solve(
     terminal: Costs,
     blocked: NDArray[np.bool_],
     blocked_halfway: NDArray[np.bool_],
-    risk: Costs,
-    starts: IntArray,
-    some: NDArray[np.bool_],
+    seen: Seen,
     weights: tuple[float, float],
     limit: float,
     steep: FloatArray,
     share: float,
+    low: IntArray,
+    size: IntArray,
 ) -> tuple[float, IntArray]:
     """Find the cheapest sequence of taps from the centre of the lattice.
 
@@ -104,122 +126,110 @@ def solve(
         stage: (2KN+1 per active axis) cost of being in a cell at any step; terminal: the same shape, added at step N.
         blocked: the same shape, or empty; blocked_halfway: (parities, boxes of radius (K(2N−1)+1)//2), or empty.
             Walls do not count for the first step: `first` judges it.
-        risk, starts, some: as `rasterise_all` returns them.
+        seen: the risk, at least over the boxes of the steps and those between them.
         weights: cost per unit probability at the steps and halfway.
         limit: see `charge`; steep: (N,) see `charge`, of each step.
         share: part of the risk's cost that standing still is charged.
+        low: (N + 1, 3) lowest cell that may be taken at each step, counted from the start; size: (N + 1, 3) cells.
 
     Returns:
         total cost (inf: no admissible sequence) and the (N,) indices of the taps.
     """
     parities = (1 + active[0]) * (1 + active[1]) * (1 + active[2])
-    begin = np.zeros(horizon + 2, np.int64)
+    wide, wide_low = size + 2 * radius * active, low - radius * active
+    middle, middle_low = size + radius * active, low - (radius + 1) // 2 * active
+    begin = np.zeros(horizon + 2, np.int64)  # where the costs of arriving at each step start
+    most, most_halfway = 0, 0
     for k in range(horizon + 1):
-        w0, w1, w2 = sizes(radius * k, active)
-        begin[k + 1] = begin[k] + w0 * w1 * w2
-    arrive = np.empty(begin[horizon + 1], np.float32)
-    h0, h1, _ = sizes((radius * (2 * horizon - 1) + 1) // 2, active)
-    halfway = np.full(parities * h0 * h1 * sizes(radius * horizon, active)[2], np.float32(0.0))
-    at = begin[horizon]
-    for i in range(terminal.shape[0]):
-        for j in range(terminal.shape[1]):
-            for t in range(terminal.shape[2]):
-                arrive[at] = terminal[i, j, t]
-                at += 1
+        begin[k + 1] = begin[k] + (wide[k - 1, 0] * wide[k - 1, 1] * wide[k - 1, 2] if k > 0 else 0)
+        most = max(most, size[k, 0] * size[k, 1] * size[k, 2])
+        most_halfway = max(most_halfway, parities * middle[k, 0] * middle[k, 1] * middle[k, 2])
+    arrive = np.empty(begin[horizon + 1] + WIDTH, np.float32)
+    value, stay = np.empty(most + WIDTH, np.float32), np.empty(most + WIDTH, np.float32)
+    halfway = np.empty(most_halfway + WIDTH, np.float32)
+    h = horizon * radius * active
+    for i in range(size[horizon, 0]):
+        for j in range(size[horizon, 1]):
+            for k in range(size[horizon, 2]):
+                at = (i * size[horizon, 1] + j) * size[horizon, 2] + k
+                n0, n1, n2 = i + low[horizon, 0] + h[0], j + low[horizon, 1] + h[1], k + low[horizon, 2] + h[2]
+                value[at] = terminal[n0, n1, n2]
     for k in range(horizon - 1, -1, -1):
-        end = risk[starts[2 * k + 2] : starts[2 * k + 3]] if some[2 * k + 2] else risk[:0]
-        mid = risk[starts[2 * k + 1] : starts[2 * k + 2]] if some[2 * k + 1] else risk[:0]
-        free = blocked_halfway[:0] if k == 0 else blocked_halfway
-        following = arrive[begin[k + 1] : begin[k + 2]]
-        value = arrive[begin[k] : begin[k + 1]]
-        standing(k, radius, active, stage, end, mid, weights, limit, steep[k], share, following, value)
-        walls = blocked[:0] if k == 0 else blocked
-        arrival_costs(k + 1, radius, active, stage, end, walls, weights[0], limit, steep[k], following)
-        use = mid.size > 0 or free.size > 0
+        b = 2 * k + 2
+        end = seen.values[seen.starts[b] : seen.starts[b + 1]] if seen.some[b] else seen.values[:0]
+        arrival_costs(
+            low[k + 1], size[k + 1], value, stage, end, seen.low[b], seen.size[b], blocked[:0] if k == 0 else blocked,
+            weights[0], limit, steep[k], share, wide_low[k], wide[k], arrive[begin[k + 1] : begin[k + 2]], stay,
+        )  # fmt: skip
+        if k == 0:
+            break
+        mid = seen.values[seen.starts[b - 1] : seen.starts[b]] if seen.some[b - 1] else seen.values[:0]
+        use = mid.size > 0 or blocked_halfway.size > 0
         if use:
-            halfway_costs(k, radius, active, mid, free, weights[1], limit, steep[k], halfway)
-        if k > 0:
-            block_standing(k, radius, active, walls, value)
-            _sweep(k, radius, active, taps, effort, following, halfway, use, value)
+            halfway_costs(
+                middle_low[k], middle[k], mid, seen.low[b - 1], seen.size[b - 1], blocked_halfway, active, weights[1],
+                limit, steep[k], halfway,
+            )  # fmt: skip
+        price = (share * weights[1], limit, share * steep[k])
+        _sweep(
+            active, taps, effort, low[k], size[k], stay, low[k + 1], size[k + 1], mid, seen.low[b - 1],
+            seen.size[b - 1], price, use, halfway, middle_low[k], middle[k], arrive[begin[k + 1] :], wide_low[k],
+            wide[k], value,
+        )  # fmt: skip
     return _walk(
-        horizon,
-        radius,
-        active,
-        taps,
-        effort,
-        first,
-        stage,
-        terminal,
-        blocked,
-        blocked_halfway,
-        risk,
-        starts,
-        some,
-        weights,
-        limit,
-        steep,
-        share,
-        arrive,
-        begin,
-    )
+        radius, active, taps, effort, first, blocked_halfway, seen, weights, limit, steep, share, wide_low, wide,
+        arrive, begin,
+    )  # fmt: skip
 
 
 @njit(cache=True)
 def _walk(
-    horizon: int,
     radius: int,
     active: IntArray,
     taps: IntArray,
     effort: Costs,
     first: Costs,
-    stage: Costs,
-    terminal: Costs,
-    blocked: NDArray[np.bool_],
     blocked_halfway: NDArray[np.bool_],
-    risk: Costs,
-    starts: IntArray,
-    some: NDArray[np.bool_],
+    seen: Seen,
     weights: tuple[float, float],
     limit: float,
     steep: FloatArray,
     share: float,
+    low: IntArray,
+    size: IntArray,
     arrive: Costs,
     begin: IntArray,
 ) -> tuple[float, IntArray]:
-    """Follow the minimisers from the centre; ties go to the earlier tap."""
+    """Follow the minimisers from the centre; ties go to the earlier tap. `low` and `size` are those of `arrive`."""
+    horizon = steep.size
     chosen = np.zeros(horizon, np.int64)
+    f0, f1 = (blocked_halfway.shape[1] - 1) // 2, (blocked_halfway.shape[2] - 1) // 2
+    f2 = (blocked_halfway.shape[3] - 1) // 2
     y0, y1, y2 = 0, 0, 0
     total = np.inf
     for k in range(horizon):
         best = np.inf
         pick = 0
-        r = radius * (k + 1)
-        _, v1, v2 = sizes(r, active)
-        m = (radius * (2 * k + 1) + 1) // 2
+        end, mid = 2 * k + 2, 2 * k + 1
         for t in range(taps.shape[0]):
             a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
             n0, n1, n2 = y0 + a, y1 + b, y2 + c
-            end = ((n0 + r * active[0]) * v1 + n1 + r * active[1]) * v2 + n2 + r * active[2]
-            cost = float(effort[t]) + float(arrive[begin[k + 1] + end])
+            cost = float(effort[t]) + float(arrive[begin[k + 1] + row_at(n0, n1, n2, low[k], size[k])])
+            if cost >= best:
+                continue
             part = share if t == 0 else 1.0
-            if t == 0 and some[2 * k + 2]:
-                excess = charge(float(risk[starts[2 * k + 2] + end]), weights[0], limit, steep[k])
-                if excess < np.inf:
-                    cost -= (1.0 - share) * excess
-            parity = (((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2])) + (c & 1)
-            q0 = y0 + (a >> 1) + m * active[0]
-            q1 = y1 + (b >> 1) + m * active[1]
-            q2 = y2 + (c >> 1) + m * active[2]
-            if some[2 * k + 1]:
-                seen = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, m * active, risk[starts[2 * k + 1] :])
-                cost += part * charge(seen, weights[1], limit, steep[k])
+            if t == 0 and seen.some[end]:
+                risk = seen.values[seen.starts[end] + row_at(n0, n1, n2, seen.low[end], seen.size[end])]
+                cost -= (1.0 - share) * charge(float(risk), weights[0], limit, steep[k])
+            if seen.some[mid]:
+                values = seen.values[seen.starts[mid] :]
+                risk = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, values, seen.low[mid], seen.size[mid])
+                cost += part * charge(risk, weights[1], limit, steep[k])
             if k == 0:
                 cost += first[t]
             elif blocked_halfway.size > 0:
-                f = (blocked_halfway.shape[3] - 1) // 2 if active[2] else 0
-                if blocked_halfway[
-                    parity, q0 + (f - m) * active[0], q1 + (f - m) * active[1], q2 + (f - m) * active[2]
-                ]:
+                parity = ((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2]) + (c & 1)
+                if blocked_halfway[parity, y0 + (a >> 1) + f0, y1 + (b >> 1) + f1, y2 + (c >> 1) + f2]:
                     cost = np.inf
             if cost < best:
                 best = cost

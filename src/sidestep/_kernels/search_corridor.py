@@ -12,56 +12,43 @@ from sidestep.types import FloatArray, IntArray
 
 
 @njit(cache=True)
-def _risk_near(
-    c: FloatArray, block: int, radius: int, active: IntArray, values: NDArray[np.float32], starts: IntArray
-) -> float:
-    """Risk at c (3,) cells from the robot, interpolated; 1 outside the raster."""
-    half = (radius * block + 1) // 2
+def _risk_near(c: FloatArray, active: IntArray, values: NDArray[np.float32], low: IntArray, size: IntArray) -> float:
+    """Risk at c (3,) cells from the robot, interpolated; 1 outside the raster (over `low`, `size`)."""
     total = 0.0
     for corner in range(8):
         weight = 1.0
         place = 0
         for a in range(3):
-            h = half * active[a]
             up = (corner >> a) & 1
             q = math.floor(c[a])
             part = c[a] - q if active[a] else 0.0
             weight *= part if up else 1.0 - part
-            q = q + up if active[a] else 0
-            if weight > 0.0 and (q < -h or q > h):
+            q = q + up - low[a] if active[a] else 0
+            if weight > 0.0 and not 0 <= q < size[a]:
                 return 1.0
-            place = place * (2 * h + 1) + q + h
+            place = place * size[a] + q
         if weight > 0.0:
-            total += weight * float(values[starts[block] + place])
+            total += weight * float(values[place])
     return total
 
 
 @njit(cache=True)
 def _highest_near(
-    c: FloatArray,
-    reach: float,
-    block: int,
-    radius: int,
-    active: IntArray,
-    values: NDArray[np.float32],
-    starts: IntArray,
+    c: FloatArray, reach: float, active: IntArray, values: NDArray[np.float32], low: IntArray, size: IntArray
 ) -> float:
     """Highest risk of the raster cells that `reach` touches around c; 1 if that leaves the raster."""
-    half = (radius * block + 1) // 2
-    w1, w2 = 2 * half * active[1] + 1, 2 * half * active[2] + 1
-    low = np.zeros(3, np.int64)
-    high = np.zeros(3, np.int64)
+    first, last = np.zeros(3, np.int64), np.zeros(3, np.int64)
     for a in range(3):
         if active[a]:
-            low[a] = math.floor(c[a] - reach) + half
-            high[a] = math.ceil(c[a] + reach) + half
-            if low[a] < 0 or high[a] > 2 * half:
+            first[a] = math.floor(c[a] - reach) - low[a]
+            last[a] = math.ceil(c[a] + reach) - low[a]
+            if first[a] < 0 or last[a] >= size[a]:
                 return 1.0
     highest = 0.0
-    for i in range(low[0], high[0] + 1):
-        for j in range(low[1], high[1] + 1):
-            for k in range(low[2], high[2] + 1):
-                highest = max(highest, float(values[starts[block] + (i * w1 + j) * w2 + k]))
+    for i in range(first[0], last[0] + 1):
+        for j in range(first[1], last[1] + 1):
+            for k in range(first[2], last[2] + 1):
+                highest = max(highest, float(values[(i * size[1] + j) * size[2] + k]))
     return highest
 
 
@@ -70,11 +57,12 @@ def corridor(
     doubled: FloatArray,
     directions: FloatArray,
     reach: float,
-    radius: int,
     active: IntArray,
     values: NDArray[np.float32],
     starts: IntArray,
     some: NDArray[np.bool_],
+    low: IntArray,
+    size: IntArray,
     limit: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Look around the points of a path in the rasters.
@@ -82,7 +70,7 @@ def corridor(
     Args:
         doubled: (2N, 3) cells, the path at half instants 1..2N.
         directions: (m, 3) unit vectors; reach: cells, how far to look.
-        radius, active, values, starts, some: as in `_kernels.risk.rasterise_all`.
+        active, values, starts, some, low, size: as in `_kernels.risk_raster.rasterise_all`.
         limit: risk above which a place is forbidden.
 
     Returns:
@@ -98,23 +86,24 @@ def corridor(
         block = n + 1
         if not some[block]:
             continue
-        level[n] = _risk_near(doubled[n], block, radius, active, values, starts)
+        risk, corner, cells = values[starts[block] : starts[block + 1]], low[block], size[block]
+        level[n] = _risk_near(doubled[n], active, risk, corner, cells)
         for a in range(3):
             if active[a]:
                 for b in range(3):
                     c[b] = doubled[n, b]
                 c[a] += 1.0
-                above = _risk_near(c, block, radius, active, values, starts)
+                above = _risk_near(c, active, risk, corner, cells)
                 c[a] -= 2.0
-                slope[n, a] = (above - _risk_near(c, block, radius, active, values, starts)) / 2.0
-        if level[n] > limit or _highest_near(doubled[n], reach, block, radius, active, values, starts) <= limit:
+                slope[n, a] = (above - _risk_near(c, active, risk, corner, cells)) / 2.0
+        if level[n] > limit or _highest_near(doubled[n], reach, active, risk, corner, cells) <= limit:
             continue
         for m in range(directions.shape[0]):
             t = 0.25
             while t <= reach + 0.25:
                 for b in range(3):
                     c[b] = doubled[n, b] + t * directions[m, b]
-                if _risk_near(c, block, radius, active, values, starts) > limit:
+                if _risk_near(c, active, risk, corner, cells) > limit:
                     room[n, m] = t - 0.25
                     break
                 t += 0.25

@@ -1,6 +1,8 @@
 """What a step of the robot costs: stage costs, risk and walls, at the cells and halfway between them.
 
-Three axes throughout; missing ones hold a single cell. Costs are float32: inf is forbidden.
+Three axes throughout; missing ones hold a single cell. Costs are float32: inf is forbidden. Every array covers a box of
+the robot's lattice, given by its lowest cell (3,) counted from the robot and its number of cells (3,); its rows run
+along the last axis. Stage costs and walls are centred on the robot.
 """
 
 from __future__ import annotations
@@ -17,173 +19,171 @@ Costs = NDArray[np.float32]
 @njit(cache=True)
 def charge(risk: float, weight: float, limit: float, steep: float) -> float:
     """Cost of a probability: linear up to the limit, `steep` above it (inf forbids)."""
-    if risk > limit:
-        return np.inf if steep == np.inf else weight * risk + steep * (risk - limit)
-    return weight * risk
+    return weight * risk + (steep * (risk - limit) if risk > limit else 0.0)
 
 
 @njit(cache=True)
-def sizes(radius: int, active: IntArray) -> tuple[int, int, int]:
-    return 2 * radius * active[0] + 1, 2 * radius * active[1] + 1, 2 * radius * active[2] + 1
+def row_at(i: int, j: int, k: int, low: IntArray, size: IntArray) -> int:
+    """Place of a cell in the array over a box."""
+    return ((i - low[0]) * size[1] + j - low[1]) * size[2] + k - low[2]
 
 
 @njit(cache=True)
 def halfway_costs(
-    step: int,
-    radius: int,
-    active: IntArray,
+    low: IntArray,
+    size: IntArray,
     risk: Costs,
+    risk_low: IntArray,
+    risk_size: IntArray,
     blocked: NDArray[np.bool_],
+    active: IntArray,
     weight: float,
     limit: float,
     steep: float,
     out: Costs,
 ) -> None:
-    """Costs at the points halfway between step and step + 1, one box per parity; `risk` may be empty.
+    """Costs at the points halfway between two steps, one box per parity; `risk` and `blocked` may be empty.
 
-    Rows lie as far apart as those of the costs at step + 1 (see `search._sweep`). The risk of a point between raster
-    cells is the mean over the cells around it.
+    The risk of a point between raster cells is the mean over the cells around it. What is off the raster costs nothing.
     """
-    r = (radius * (2 * step + 1) + 1) // 2
-    w0, w1, w2 = sizes(r, active)
-    stride = sizes(radius * (step + 1), active)[2]
-    s = (blocked.shape[3] - 1) // 2 - r
-    for p0 in range(1 + active[0]):
-        for p1 in range(1 + active[1]):
-            for p2 in range(1 + active[2]):
-                p = (p0 * (1 + active[1]) + p1) * (1 + active[2]) + p2
-                for i in range(w0):
-                    i1 = min(i + p0, w0 - 1)
-                    for j in range(w1):
-                        j1 = min(j + p1, w1 - 1)
-                        at = ((p * w0 + i) * w1 + j) * stride
-                        row = out[at : at + w2]
-                        for k in range(w2):
-                            row[k] = 0.0
-                        if risk.size > 0:
-                            a = risk[(i * w1 + j) * w2 : (i * w1 + j + 1) * w2]
-                            b = risk[(i * w1 + j1) * w2 : (i * w1 + j1 + 1) * w2]
-                            c = risk[(i1 * w1 + j) * w2 : (i1 * w1 + j + 1) * w2]
-                            d = risk[(i1 * w1 + j1) * w2 : (i1 * w1 + j1 + 1) * w2]
-                            _charge_means(a, b, c, d, p2, weight, limit, steep, row)
-                        if blocked.size > 0:
-                            wall = blocked[p, i + s * active[0], j + s * active[1], s * active[2] : s * active[2] + w2]
-                            for k in range(w2):
-                                if wall[k]:
-                                    row[k] = np.inf
+    h0, h1, h2 = (blocked.shape[1] - 1) // 2, (blocked.shape[2] - 1) // 2, (blocked.shape[3] - 1) // 2
+    box = size[0] * size[1] * size[2]
+    for p in range((1 + active[0]) * (1 + active[1]) * (1 + active[2])):
+        p2 = p % (1 + active[2])
+        p1 = p // (1 + active[2]) % (1 + active[1])
+        p0 = p // (1 + active[2]) // (1 + active[1])
+        first = max(low[2], risk_low[2])
+        last = min(low[2] + size[2], risk_low[2] + risk_size[2] - p2)
+        for i in range(low[0], low[0] + size[0]):
+            for j in range(low[1], low[1] + size[1]):
+                at = p * box + row_at(i, j, low[2], low, size)
+                row = out[at : at + size[2]]
+                row[:] = np.float32(0.0)
+                inside = risk_low[0] <= i < risk_low[0] + risk_size[0] - p0
+                inside = inside and risk_low[1] <= j < risk_low[1] + risk_size[1] - p1
+                if risk.size > 0 and inside and first < last:
+                    start = row_at(i, j, first, risk_low, risk_size)
+                    part = row[first - low[2] : last - low[2]]
+                    layer = p0 * risk_size[1] * risk_size[2]
+                    _charge_means(risk, start, p1 * risk_size[2], layer, p2, weight, limit, steep, part)
+                if blocked.size > 0:
+                    wall = blocked[p, i + h0, j + h1, low[2] + h2 : low[2] + h2 + size[2]]
+                    for k in range(np.uintp(size[2])):
+                        row[k] = np.inf if wall[k] else row[k]
 
 
 @njit(cache=True)
 def _charge_means(
-    a: Costs, b: Costs, c: Costs, d: Costs, odd: int, weight: float, limit: float, steep: float, row: Costs
+    risk: Costs,
+    start: int,
+    next_row: int,
+    next_layer: int,
+    odd: int,
+    weight: float,
+    limit: float,
+    steep: float,
+    out: Costs,
 ) -> None:
-    """Charge the mean of four rows, and with `odd` that of neighbours in them."""
-    quarter = np.float32(0.25)
-    for k in range(row.size):
-        row[k] = quarter * (a[k] + b[k] + c[k] + d[k])
-    if odd:
-        for k in range(row.size - 1):
-            row[k] = np.float32(0.5) * (row[k] + row[k + 1])
-    for k in range(row.size):
-        row[k] = charge(float(row[k]), weight, limit, steep)
+    """Charge the mean of the cells from `start` on with those a row and a layer further, and the next ones if `odd`."""
+    a, b = np.uintp(start), np.uintp(start + next_row)
+    c, d = np.uintp(start + next_layer), np.uintp(start + next_layer + next_row)
+    one, quarter, half = np.uintp(odd), np.float32(0.25), np.float32(0.5)
+    for k in range(np.uintp(out.size)):
+        here = quarter * (risk[a + k] + risk[b + k] + risk[c + k] + risk[d + k])
+        n = k + one
+        there = quarter * (risk[a + n] + risk[b + n] + risk[c + n] + risk[d + n])
+        out[k] = charge(float(half * (here + there)), weight, limit, steep)
 
 
 @njit(cache=True)
-def halfway_risk(z0: int, z1: int, z2: int, half: IntArray, risk: Costs) -> float:
+def halfway_risk(z0: int, z1: int, z2: int, risk: Costs, low: IntArray, size: IntArray) -> float:
     """Mean risk of the raster cells around a point given in half cells."""
-    w1, w2 = 2 * half[1] + 1, 2 * half[2] + 1
     total = np.float32(0.0)
     for i in range(2):
         for j in range(2):
             for k in range(2):
-                q0 = ((z0 + i) >> 1) + half[0]
-                q1 = ((z1 + j) >> 1) + half[1]
-                q2 = ((z2 + k) >> 1) + half[2]
-                total += risk[(q0 * w1 + q1) * w2 + q2]
+                total += risk[row_at((z0 + i) >> 1, (z1 + j) >> 1, (z2 + k) >> 1, low, size)]
     return 0.125 * float(total)
 
 
 @njit(cache=True)
 def arrival_costs(
-    step: int,
-    radius: int,
-    active: IntArray,
+    low: IntArray,
+    size: IntArray,
+    following: Costs,
     stage: Costs,
     risk: Costs,
+    risk_low: IntArray,
+    risk_size: IntArray,
     blocked: NDArray[np.bool_],
     weight: float,
     limit: float,
     steep: float,
-    value: Costs,
+    share: float,
+    out_low: IntArray,
+    out_size: IntArray,
+    out: Costs,
+    stay: Costs,
 ) -> None:
-    """Turn the cost-to-go after `step` into the cost of arriving there: stage cost, risk and walls added."""
-    w0, w1, w2 = sizes(radius * step, active)
-    full = stage.shape[2] // 2
-    s = full - radius * step * active[2]
-    for i in range(w0):
-        for j in range(w1):
-            at = (i * w1 + j) * w2
-            row = value[at : at + w2]
-            goal = stage[i + s * active[0], j + s * active[1], s : s + w2]
-            for k in range(w2):
-                row[k] += goal[k]
+    """Cost of arriving at a step and of all that follows: `following` (over `low`, `size`), stage cost, risk and walls.
+
+    `out` covers a larger box; what is off the smaller one is forbidden. `stay` covers the smaller one: the same for who
+    was there before and is charged `share` of the risk.
+    """
+    h0, h1, h2 = stage.shape[0] // 2, stage.shape[1] // 2, stage.shape[2] // 2
+    out[:] = np.inf
+    for i in range(low[0], low[0] + size[0]):
+        for j in range(low[1], low[1] + size[1]):
+            at = row_at(i, j, low[2], out_low, out_size)
+            row = out[at : at + size[2]]
+            at = row_at(i, j, low[2], low, size)
+            known, still = following[at : at + size[2]], stay[at : at + size[2]]
+            goal = stage[i + h0, j + h1, low[2] + h2 : low[2] + h2 + size[2]]
+            for k in range(np.uintp(size[2])):
+                still[k] = row[k] = known[k] + goal[k]
             if risk.size > 0:
-                seen = risk[at : at + w2]
-                for k in range(w2):
-                    row[k] += charge(float(seen[k]), weight, limit, steep)
+                at = row_at(i, j, low[2], risk_low, risk_size)
+                seen = risk[at : at + size[2]]
+                for k in range(np.uintp(size[2])):
+                    price = charge(float(seen[k]), weight, limit, steep)
+                    row[k] += price
+                    still[k] += share * price
             if blocked.size > 0:
-                wall = blocked[i + s * active[0], j + s * active[1], s : s + w2]
-                for k in range(w2):
-                    if wall[k]:
-                        row[k] = np.inf
+                wall = blocked[i + h0, j + h1, low[2] + h2 : low[2] + h2 + size[2]]
+                for k in range(np.uintp(size[2])):
+                    row[k] = np.inf if wall[k] else row[k]
+                    still[k] = np.inf if wall[k] else still[k]
 
 
 @njit(cache=True)
-def standing(
-    step: int,
-    radius: int,
-    active: IntArray,
-    stage: Costs,
+def stand(
+    i: int,
+    j: int,
+    low: int,
+    out: Costs,
+    stay: Costs,
+    stay_low: IntArray,
+    stay_size: IntArray,
     risk: Costs,
-    halfway_risk: Costs,
-    weights: tuple[float, float],
+    risk_low: IntArray,
+    risk_size: IntArray,
+    weight: float,
     limit: float,
     steep: float,
-    share: float,
-    following: Costs,
-    value: Costs,
 ) -> None:
-    """Start `value` (cost-to-go at `step`) with what standing still costs; `following` is the cost-to-go after it."""
-    w0, w1, w2 = sizes(radius * step, active)
-    _, v1, v2 = sizes(radius * (step + 1), active)
-    _, h1, h2 = sizes((radius * (2 * step + 1) + 1) // 2, active)
-    full = stage.shape[2] // 2
-    s = full - radius * step * active[2]
-    o = radius
-    q = (radius * (2 * step + 1) + 1) // 2 - radius * step
-    for i in range(w0):
-        for j in range(w1):
-            at = (i * w1 + j) * w2
-            end = ((i + o * active[0]) * v1 + j + o * active[1]) * v2 + o * active[2]
-            mid = ((i + q * active[0]) * h1 + j + q * active[1]) * h2 + q * active[2]
-            for k in range(w2):
-                cost = following[end + k] + stage[i + s * active[0], j + s * active[1], s + k]
-                if risk.size > 0:
-                    cost += share * charge(float(risk[end + k]), weights[0], limit, steep)
-                if halfway_risk.size > 0:
-                    cost += share * charge(float(halfway_risk[mid + k]), weights[1], limit, steep)
-                value[at + k] = cost
-
-
-@njit(cache=True)
-def block_standing(step: int, radius: int, active: IntArray, blocked: NDArray[np.bool_], value: Costs) -> None:
-    """Nobody stands in a wall (from the second step on)."""
-    if blocked.size == 0:
+    """What standing still costs along a row (i, j) from `low` on: `stay` and the risk of the half instant."""
+    out[:] = np.inf
+    if not (0 <= i - stay_low[0] < stay_size[0] and 0 <= j - stay_low[1] < stay_size[1]):
         return
-    w0, w1, w2 = sizes(radius * step, active)
-    s = blocked.shape[2] // 2 - radius * step * active[2]
-    for i in range(w0):
-        for j in range(w1):
-            for k in range(w2):
-                if blocked[i + s * active[0], j + s * active[1], s + k]:
-                    value[(i * w1 + j) * w2 + k] = np.inf
+    first = max(low, stay_low[2])
+    count = min(low + out.size, stay_low[2] + stay_size[2]) - first
+    if count <= 0:
+        return
+    at = row_at(i, j, first, stay_low, stay_size)
+    source, row = stay[at : at + count], out[first - low : first - low + count]
+    row[:] = source
+    if risk.size > 0:
+        at = row_at(i, j, first, risk_low, risk_size)
+        seen = risk[at : at + count]
+        for k in range(np.uintp(count)):
+            row[k] += charge(float(seen[k]), weight, limit, steep)

@@ -156,7 +156,7 @@ def _risk_surroundings(problem: PlanningProblem, places: FloatArray, maps: Searc
     rasters = maps.rasters
     cells = (places - embedded_point(problem.start)) / maps.spacing
     room, slope, level = corridor(
-        cells, _rays(d), 1.5, maps.radius, maps.active, rasters.values, rasters.starts, rasters.some, float(limit)
+        cells, _rays(d), 1.5, maps.active, rasters.values, rasters.starts, rasters.some, *rasters.boxes, float(limit)
     )
     share = problem.half_share / maps.spacing
     steep = share * problem.excess_weights

@@ -6,12 +6,16 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sidestep._kernels.search import solve
+from sidestep._kernels.search import Seen, solve
 from sidestep.planning.problem import PlanningProblem, respects
-from sidestep.planning.search_maps import SearchMaps, prepare
-from sidestep.types import FloatArray, Path
+from sidestep.planning.search_maps import SearchMaps, again, prepare, within
+from sidestep.types import FloatArray, IntArray, Path
+
+ENOUGH = 16.0
+"""How many times wider a second look may be to be the last one."""
+WIDER = 4.0
+"""How many times wider it is otherwise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,8 +43,7 @@ def search(problem: PlanningProblem, maps: SearchMaps | None = None) -> SearchRe
     The risk on the lattice is a raster; the path found is judged by the exact risk, and where the two differ by so much
     that the limit is passed, the search is repeated with a smaller limit.
     """
-    if maps is None:
-        maps = prepare(problem)
+    maps = prepare(problem) if maps is None else again(problem, maps)
     if problem.rule == "trajectory" and not problem.graded:
         return _within_total(problem, maps)
     limit = 0.5 if problem.rule == "cells" else problem.risk_limit
@@ -50,7 +53,7 @@ def search(problem: PlanningProblem, maps: SearchMaps | None = None) -> SearchRe
         if problem.graded or not result.feasible or respects(result.risk, problem.rule, problem.risk_limit):
             return result
         limit *= min(0.8, limit / worst)
-        result = _solve(problem, maps, limit, problem.soft_risk_weight)
+        result = _solve(problem, result.maps, limit, problem.soft_risk_weight)
     if not respects(result.risk, problem.rule, problem.risk_limit):
         return replace(result, feasible=False, cost=math.inf)
     return result
@@ -59,7 +62,7 @@ def search(problem: PlanningProblem, maps: SearchMaps | None = None) -> SearchRe
 def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
     """Rule `trajectory`: raise the price of risk until its sum fits, then lower it as far as that holds."""
     low, price = 0.0, problem.soft_risk_weight
-    best = _solve(problem, maps, problem.risk_limit, price)
+    best = trial = _solve(problem, maps, problem.risk_limit, price)
     if not best.feasible or respects(best.risk, "trajectory", problem.risk_limit):
         return best
     found: SearchResult | None = None
@@ -67,7 +70,7 @@ def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
     step = max(float(maps.stage.max()), 1e-6)
     for _ in range(14):
         price = low + step if found is None else 0.5 * (low + high)
-        trial = _solve(problem, maps, problem.risk_limit, price)
+        trial = _solve(problem, trial.maps, problem.risk_limit, price)
         if trial.feasible and respects(trial.risk, "trajectory", problem.risk_limit):
             if found is None or trial.cost <= found.cost:
                 found = trial
@@ -79,28 +82,17 @@ def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
 
 
 def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float) -> SearchResult:
-    """One backward induction and the exact evaluation of what it found."""
-    share = problem.half_share
-    steep = share * problem.excess_weights if problem.graded else np.full(problem.horizon, math.inf)
-    total, chosen = solve(
-        problem.horizon,
-        maps.radius,
-        maps.active,
-        maps.moves,
-        problem.effort_costs(maps.velocities).astype(np.float32),
-        _first_costs(problem, maps.velocities),
-        maps.stage,
-        maps.terminal,
-        maps.blocked,
-        maps.blocked_halfway,
-        maps.rasters.values,
-        maps.rasters.starts,
-        maps.rasters.some,
-        (share * weight, share * weight),
-        limit * (1 + 1e-6) + 1e-9,
-        steep,
-        problem.standing_share,
-    )
+    """The cheapest motion on the lattice, and the exact evaluation of it.
+
+    What is looked at is widened until nothing that is left out can be cheaper than what was found.
+    """
+    total, chosen = _look(problem, maps, limit, weight)
+    while total > maps.least + maps.slack:
+        needed = (total - maps.least) * (1 + 1e-6) + 1e-6
+        slack = needed if needed < ENOUGH * maps.slack else WIDER * maps.slack
+        dearest = (problem.horizon + problem.terminal_weight) * float(maps.stage.max())
+        maps = within(problem, maps, slack if 0.0 < slack < dearest else math.inf)
+        total, chosen = _look(problem, maps, limit, weight)
     feasible = bool(np.isfinite(total))
     moves = maps.taps[chosen] if feasible else np.zeros((problem.horizon, problem.dimension), dtype=np.int64)
     path = np.empty((problem.horizon + 1, problem.dimension))
@@ -111,12 +103,13 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
     return SearchResult(path=path, feasible=feasible, cost=cost, risk=risk, maps=maps)
 
 
-def _first_costs(problem: PlanningProblem, velocities: FloatArray) -> NDArray[np.float32]:
-    """What each tap costs at the first step; where acceleration leaves no tap, the one nearest to what it leaves."""
-    costs = problem.first_step_costs(velocities) + problem.wish_costs(velocities)
-    if problem.velocity is not None and problem.largest_change < math.inf and not np.isfinite(costs).any():
-        free = replace(problem, max_acceleration=None).first_step_costs(velocities) + problem.wish_costs(velocities)
-        change = np.where(np.isfinite(free), np.square(velocities - problem.velocity).sum(axis=1), np.inf)
-        nearest = int(change.argmin())
-        costs[nearest] = free[nearest]
-    return costs.astype(np.float32)
+def _look(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float) -> tuple[float, IntArray]:
+    """One backward induction over what the maps hold: the cost and the indices (N,) of the taps."""
+    share = problem.half_share
+    steep = share * problem.excess_weights if problem.graded else np.full(problem.horizon, math.inf)
+    rasters = maps.rasters
+    return solve(
+        problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first, maps.stage, maps.terminal,
+        maps.blocked, maps.blocked_halfway, Seen(rasters.values, rasters.starts, rasters.some, *rasters.boxes),
+        (share * weight, share * weight), limit * (1 + 1e-6) + 1e-9, steep, problem.standing_share, *maps.boxes,
+    )  # fmt: skip

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sidestep._kernels.search_maps import field_box, goal_box, wall_box
+from sidestep._kernels.search_tube import boxes_between, costs_to_go, tube
 from sidestep.planning.problem import PlanningProblem
-from sidestep.prediction.collision import RiskRasters
+from sidestep.prediction.collision import Boxes, RiskRasters, all_in_reach
 from sidestep.types import BoolArray, FloatArray, IntArray
 
 BUDGET = {1: 2.5e7, 2: 2.5e7, 3: 5e6}
@@ -21,6 +22,8 @@ In 3-D the risk map costs more than the search; one K less made polished plans 0
 FINEST = {1: 10, 2: 5, 3: 3}
 """Largest K by dimension. In 2-D single plans are hardly dearer with 4, but trips among five people take 16 % longer:
 where risk stops the polish, a diagonal step of 4 cells keeps 79 % of the speed."""
+AROUND = 3
+"""Cells around what is searched that the risk is drawn for too: as far as the polish looks around its path."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,7 +36,12 @@ class SearchMaps:
         spacing: m; radius: K, largest tap per axis; active: (3,) 1 where an axis exists, the last ones.
         stage, terminal: goal costs over the reachable box, among three axes, above their smallest value.
         blocked, blocked_halfway: walls, or empty.
-        rasters: the risk.
+        effort: (n,) cost of each tap; first: (n,) further cost at the first step.
+        to_go: what is paid at least from each step on, without risk, as `costs_to_go` returns it.
+        slack: by how much a motion that is looked at may cost more than the cheapest without risk.
+        least: cost of that one.
+        boxes: cells that are looked at, at steps 0..N: (N+1, 3) lowest ones and (N+1, 3) how many.
+        rasters: the risk over them, between them and close around.
     """
 
     taps: IntArray
@@ -46,6 +54,12 @@ class SearchMaps:
     terminal: NDArray[np.float32]
     blocked: BoolArray
     blocked_halfway: BoolArray
+    effort: NDArray[np.float32]
+    first: NDArray[np.float32]
+    to_go: tuple[NDArray[np.float32], IntArray]
+    slack: float
+    least: float
+    boxes: Boxes
     rasters: RiskRasters
 
 
@@ -61,20 +75,73 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
     blocked_halfway = np.zeros((0, 1, 1, 1), dtype=np.bool_)
     if problem.obstacles is not None:
         blocked, blocked_halfway = _walls(problem, spacing, radius, active)
-    taps = lattice_taps(radius, d, problem.shape)
-    return SearchMaps(
+    taps, moves = lattice_taps(radius, d, problem.shape), _among_three_axes(radius, d, problem.shape)
+    velocities = taps * np.float64(spacing / problem.time_step)
+    effort = problem.effort_costs(velocities).astype(np.float32)
+    terminal = np.float32(problem.terminal_weight) * stage
+    everywhere = all_in_reach(problem.horizon, radius, d)
+    maps = SearchMaps(
         taps=taps,
-        moves=_among_three_axes(radius, d, problem.shape),
-        velocities=taps * np.float64(spacing / problem.time_step),
+        moves=moves,
+        velocities=velocities,
         spacing=spacing,
         radius=radius,
         active=active,
         stage=stage,
-        terminal=np.float32(problem.terminal_weight) * stage,
+        terminal=terminal,
         blocked=blocked,
         blocked_halfway=blocked_halfway,
-        rasters=_rasters(problem, spacing, radius),
+        effort=effort,
+        first=_first_costs(problem, velocities),
+        to_go=costs_to_go(problem.horizon, radius, active, moves, effort, stage, terminal, blocked),
+        slack=math.inf,
+        least=0.0,
+        boxes=(everywhere[0][::2], everywhere[1][::2]),
+        rasters=RiskRasters.nobody(everywhere),
     )
+    return within(problem, maps, first_slack(maps))
+
+
+def again(problem: PlanningProblem, maps: SearchMaps) -> SearchMaps:
+    """The maps of another problem for one that differs in nothing but what risk costs, or the first step."""
+    changed = replace(maps, first=_first_costs(problem, maps.velocities))
+    return within(problem, changed, maps.slack)
+
+
+def first_slack(maps: SearchMaps) -> float:
+    """By how much the first look goes beyond the cheapest motion: what it costs to lose a fifth of all steps.
+
+    Where somebody is in the way, that is about what getting past costs; where it is too little, more is looked at.
+    """
+    middle = tuple(w // 2 for w in maps.stage.shape)
+    near = maps.stage[tuple(slice(max(m - maps.radius, 0), m + maps.radius + 1) for m in middle)]
+    return 0.1 * (len(maps.boxes[0]) - 1) * float(near.max() - near.min())
+
+
+def within(problem: PlanningProblem, maps: SearchMaps, slack: float) -> SearchMaps:
+    """The same, looking at motions that cost up to `slack` more than the cheapest without risk."""
+    least, low, size = tube(
+        problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first, maps.stage, maps.blocked,
+        *maps.to_go, slack,
+    )  # fmt: skip
+    risky = boxes_between(low, size, maps.radius, maps.active, AROUND)
+    if problem.people is None or not problem.people.people:
+        rasters = RiskRasters.nobody(risky)
+    else:
+        limit = 0.5 if problem.rule == "cells" else problem.risk_limit
+        rasters = problem.people.rasters(problem.start, maps.spacing, risky, limit)
+    return replace(maps, slack=slack, least=least, boxes=(low, size), rasters=rasters)
+
+
+def _first_costs(problem: PlanningProblem, velocities: FloatArray) -> NDArray[np.float32]:
+    """What each tap costs at the first step; where acceleration leaves no tap, the one nearest to what it leaves."""
+    costs = problem.first_step_costs(velocities) + problem.wish_costs(velocities)
+    if problem.velocity is not None and problem.largest_change < math.inf and not np.isfinite(costs).any():
+        free = replace(problem, max_acceleration=None).first_step_costs(velocities) + problem.wish_costs(velocities)
+        change = np.where(np.isfinite(free), np.square(velocities - problem.velocity).sum(axis=1), np.inf)
+        nearest = int(change.argmin())
+        costs[nearest] = free[nearest]
+    return costs.astype(np.float32)
 
 
 def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDArray[np.float32]:
@@ -88,13 +155,6 @@ def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDA
     return field_box(
         start, spacing, half, field.values, field.corner, field.spacing, field.goal, float(weight[0]), squared
     )[0]
-
-
-def _rasters(problem: PlanningProblem, spacing: float, radius: int) -> RiskRasters:
-    if problem.people is None or not problem.people.people:
-        return RiskRasters.nobody(problem.horizon)
-    limit = 0.5 if problem.rule == "cells" else problem.risk_limit
-    return problem.people.rasters(problem.start, spacing, radius, limit)
 
 
 def _walls(problem: PlanningProblem, spacing: float, radius: int, active: IntArray) -> tuple[BoolArray, BoolArray]:

@@ -19,6 +19,9 @@ from sidestep._kernels.risk_raster import rasterise, rasterise_all
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
 from sidestep.types import FloatArray, IntArray, Path
 
+Boxes = tuple[IntArray, IntArray]
+"""Lowest cells and numbers of cells of boxes among three axes."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RiskField:
@@ -96,31 +99,30 @@ class RiskField:
         """
         d = len(origin)
         active = active_axes(d)
-        half = radius * active
-        w0, w1, w2 = (int(w) for w in 2 * half + 1)
+        w0, w1, w2 = (int(w) for w in 2 * radius * active + 1)
         out = np.zeros((w0, w1, w2), dtype=np.float32)
         if self.people:
             clouds = self._clouds(0.0)
             ends = np.zeros((w0, w1 + 1, w2))
             place = embedded_point(np.asarray(origin, dtype=np.float64))
-            rasterise(*clouds, place, spacing, instant, half, active, blob_table(d), limit, ends, out)
+            rasterise(*clouds, place, spacing, instant, -radius * active, active, blob_table(d), limit, ends, out)
         return out.reshape((2 * radius + 1,) * d)
 
-    def rasters(self, origin: FloatArray, spacing: float, radius: int, limit: float = 0.02) -> RiskRasters:
-        """Return the probability at all places that a robot may reach which moves ≤ `radius` cells per axis and step.
+    def rasters(self, origin: FloatArray, spacing: float, boxes: Boxes, limit: float = 0.02) -> RiskRasters:
+        """Return the probability at all places of a lattice that lie in the `boxes` of the half instants.
 
         Args:
-            origin: (d,) m.
+            origin: (d,) m, cell 0.
             spacing: m.
-            radius: cells per step.
+            boxes: lowest cells (B, 3) and numbers of cells (B, 3); see `all_in_reach`.
             limit: the risk limit that the rasters shall serve; tails of 2 % of it are left out per person.
         """
         d = len(origin)
         values, starts, some = rasterise_all(
-            *self._clouds(0.02 * limit), embedded_point(origin), spacing, radius, active_axes(d), blob_table(d), limit,
-            self.has_midway,
+            *self._clouds(0.02 * limit), embedded_point(origin), spacing, active_axes(d), blob_table(d), limit,
+            self.has_midway, *boxes,
         )  # fmt: skip
-        return RiskRasters(values=values, starts=starts, some=some)
+        return RiskRasters(values=values, starts=starts, some=some, boxes=boxes)
 
     def _clouds(self, tolerance: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]:
         """Everybody's cells (·, 3) m, masses, starts (P, B+1), distances (P,), weights (P, C), sigmas (P, B, C)."""
@@ -160,25 +162,34 @@ class RiskField:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RiskRasters:
-    """The risk over the robot's lattice at all half instants; laid out as `_kernels.risk.rasterise_all` says.
+    """The risk over the robot's lattice at all half instants; laid out as `_kernels.risk_raster.rasterise_all` says.
 
     Attributes:
         values: flat; starts: (B+1,) where the half instants start; some: (B,) whether anything is above zero.
+        boxes: that they cover: lowest cells (B, 3), counted from the robot, and numbers of cells (B, 3).
     """
 
     values: NDArray[np.float32]
     starts: IntArray
     some: NDArray[np.bool_]
+    boxes: Boxes
 
     @classmethod
-    def nobody(cls, horizon: int) -> RiskRasters:
+    def nobody(cls, boxes: Boxes) -> RiskRasters:
         """Return the rasters of an empty world."""
-        blocks = 2 * horizon + 1
+        blocks = len(boxes[0])
         return cls(
             values=np.zeros(0, dtype=np.float32),
             starts=np.zeros(blocks + 1, dtype=np.int64),
             some=np.zeros(blocks, dtype=np.bool_),
+            boxes=boxes,
         )
+
+
+def all_in_reach(horizon: int, radius: int, dimension: int) -> Boxes:
+    """Return the boxes (2N+1, 3) of a robot that moves ≤ `radius` cells per axis and step, for `RiskField.rasters`."""
+    half = ((radius * np.arange(2 * horizon + 1) + 1) // 2)[:, None] * active_axes(dimension)
+    return -half, 2 * half + 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
