@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sidestep._kernels import sweep_choices
-from sidestep._kernels.sweep_choices import WORD, Choices
+from sidestep._kernels import sweep_choices, sweep_marks
+from sidestep._kernels.sweep_choices import Choices
+from sidestep._kernels.sweep_marks import WORD
 from sidestep.human.cost import CostGrid, danger_terms
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal
 from sidestep.human.model import HumanModel
@@ -117,17 +118,18 @@ def test_near_robots_matter_and_far_ones_do_not() -> None:
     assert not laid_out(blind, lattice, PointGoal((3.0, 0.0)), np.zeros((8, 2)), 4).differs.any()
 
 
-def _as_python(names: list[str]) -> list[tuple[str, object]]:
-    kept = [(name, getattr(sweep_choices, name)) for name in names]
-    for name, kernel in kept:
-        setattr(sweep_choices, name, kernel.py_func)
-    return kept
+PLAIN = [
+    (sweep_choices, ("mark_box", "_weigh_row", "_heed_walls")),
+    (sweep_marks, ("_least_of_row", "_least_of_rows", "_any_within", "_mark_group")),
+]
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
 @pytest.mark.parametrize("rationality", [np.inf, 0.5])
 @pytest.mark.parametrize("walls", [False, True])
-def test_compiled_and_plain_choices_agree(d: int, rationality: float, walls: bool) -> None:
+def test_compiled_and_plain_choices_agree(
+    d: int, rationality: float, walls: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rng = np.random.default_rng(d)
     model = HumanModel(reach=1, horizon=1, rationality=rationality, danger_weight=20.0)
     lattice = frame_of(model, np.zeros(d), rng.normal(size=d), 0.5)
@@ -135,26 +137,50 @@ def test_compiled_and_plain_choices_agree(d: int, rationality: float, walls: boo
     policy = laid_out(model, lattice, DirectionGoal(rng.normal(size=d)), rng.normal(size=(4, d)), 2, free=free)
     results: list[Choices] = []
     for plain in (False, True):
-        kept = _as_python(["_mark_row", "_weigh_row", "_heed_walls"]) if plain else []
-        try:
-            words, cells = words_of(1, d), 1 + 3**d
-            odds = np.zeros((3**d, cells)) if np.isfinite(rationality) else np.zeros((0, 0))
-            choices = boxes([0, 1], d, words, policy.layers * words)._replace(odds=odds)
-            kernel = sweep_choices.choose.py_func if plain else sweep_choices.choose
-            kernel(
-                policy.costs, policy.actions.taps, True, 1, 0, 2, np.ones(2, np.bool_), policy.grid.centre, d, 1e-6,
-                rationality, policy.free, policy.actions.mixture, value_scratch(policy.grid), choices,
-            )  # fmt: skip
-            results.append(choices)
-        finally:
-            for name, compiled in kept:
-                setattr(sweep_choices, name, compiled)
+        for module, names in PLAIN if plain else ():
+            for name in names:
+                monkeypatch.setattr(module, name, getattr(module, name).py_func)
+        words, cells = words_of(1, d), 1 + 3**d
+        odds = np.zeros((3**d, cells)) if np.isfinite(rationality) else np.zeros((0, 0))
+        choices = boxes([0, 1], d, words, policy.layers * words)._replace(odds=odds)
+        kernel = sweep_choices.choose.py_func if plain else sweep_choices.choose
+        kernel(
+            policy.costs, policy.actions.taps, True, 1, 0, 2, np.ones(2, np.bool_), policy.grid.centre, d, 1e-6,
+            rationality, policy.free, policy.actions.mixture, value_scratch(policy.grid), choices,
+        )  # fmt: skip
+        results.append(choices)
     if np.isinf(rationality):
         np.testing.assert_array_equal(results[0].masks, results[1].masks)
         assert results[0].masks.any(axis=0).all()
     else:
         np.testing.assert_allclose(results[0].odds, results[1].odds, atol=1e-14)
         np.testing.assert_allclose(results[0].odds.sum(axis=0), 1.0, atol=1e-12)
+
+
+@settings(max_examples=15)
+@given(seed=st.integers(0, 2**32 - 1), shape=st.sampled_from([(1, 3), (2, 1), (2, 2), (3, 1), (3, 2)]))
+def test_marks_are_the_minimisers_in_every_cell(seed: int, shape: tuple[int, int]) -> None:
+    """Also where ties abound, where nothing is admissible, and in words that the actions of a row straddle."""
+    d, reach = shape
+    rng = np.random.default_rng(seed)
+    radius, count = 2, 2 * reach + 1
+    centre = radius + reach
+    width = 2 * centre + 1
+    cost = rng.integers(0, 3, (width,) * d).astype(np.float64)
+    cost[rng.random(cost.shape) < 0.6] = np.inf
+    taps = np.zeros((1, 3, count))
+    taps[0, 3 - d :] = rng.integers(0, 2, (d, count))
+    flat = cost.reshape(width ** (d - 1), width)
+    masks = np.ones((words_of(reach, d), (2 * radius + 1) ** d), np.int64)
+    sweep_marks.mark_box(
+        flat, taps, radius, centre, d, 1e-6, np.zeros_like(flat), np.zeros_like(flat), np.zeros((3, width)),
+        np.zeros(width, np.int32), masks, 0,
+    )  # fmt: skip
+    effort = np.array([sum(taps[0, 3 - d + a, u] for a, u in enumerate(us)) for us in np.ndindex((count,) * d)])
+    found = np.stack([masks[a // WORD] >> (a % WORD) & 1 for a in range(count**d)], axis=-1)
+    for n, index in enumerate(np.ndindex((2 * radius + 1,) * d)):
+        values = effort + cost[tuple(slice(i, i + count) for i in index)].ravel()
+        np.testing.assert_array_equal(found[n], np.isfinite(values) & (values == values.min()))
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])

@@ -15,7 +15,7 @@ from numba import njit
 from sidestep._kernels.bits import lowest_bit
 from sidestep._kernels.push_sections import row_span
 from sidestep._kernels.sweep import axis_radius, row_count
-from sidestep._kernels.sweep_choices import WORD
+from sidestep._kernels.sweep_marks import WORD
 from sidestep.types import FloatArray, IntArray
 
 

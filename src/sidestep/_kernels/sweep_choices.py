@@ -1,9 +1,8 @@
 """From values to choices: which first actions are best in every cell, policy by policy (Eqs. 2 and 5).
 
-Choices are bits: action a of a cell is bit a mod 62 of the word in row a // 62 of `masks` (words, cells). The cells
-    of policy
-k are a dense box of radius radii[k], beginning at column offsets[k], the last axis fastest. Values may be float32;
-what is done with the choices afterwards is the same for both.
+Choices are bits: action a of a cell is bit a mod 62 of the word in row a // 62 of `masks` (words, cells). The cells of
+policy k are a dense box of radius radii[k], beginning at column offsets[k], the last axis fastest. Values may be
+float32; what is done with the choices afterwards is the same for both.
 """
 
 from __future__ import annotations
@@ -14,10 +13,8 @@ import numpy as np
 from numba import njit
 
 from sidestep._kernels.sweep import CostTables, Values, axis_radius, row_count, sweep
+from sidestep._kernels.sweep_marks import WORD, mark_box
 from sidestep.types import BoolArray, FloatArray, IntArray
-
-WORD = 62
-"""Actions per word of a mask."""
 
 
 class Choices(NamedTuple):
@@ -41,45 +38,12 @@ class Choices(NamedTuple):
 
 
 class ValueScratch(NamedTuple):
-    """Arrays that sweeps write to: even and odd (rows, C), plane (R, C), lines (3, C)."""
+    """Arrays that sweeps write to: even and odd (rows, C), plane the same in 3-D, lines (3, C)."""
 
     even: Values
     odd: Values
     plane: Values
     lines: Values
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _mark_row(
-    cost: Values, first: int, stride: int, start: int, width: int, taps: Values, dimension: int, tolerance: float,
-    lines: Values, masks: IntArray, column: int,
-) -> None:  # fmt: skip
-    """Bits of the actions within `tolerance` of the least cost, for a row of cells; none if nothing is admissible."""
-    count = taps.shape[2]
-    r0, r1 = axis_radius(count // 2, dimension)
-    n, zero, to = np.uintp(width), np.uintp(0), np.uintp(column)
-    nothing = taps[0, 0, 0] - taps[0, 0, 0]
-    for a in range((2 * r0 + 1) * (2 * r1 + 1) * count):
-        u0, u1, u2 = a // count // (2 * r1 + 1), a // count % (2 * r1 + 1), a % count
-        tap = taps[0, 0, u0 + count // 2 - r0] + taps[0, 1, u1 + count // 2 - r1] + taps[0, 2, u2]
-        i, begin = np.uintp(first + u0 * stride + u1), np.uintp(start + u2)
-        if a == 0:
-            for c in range(n):
-                lines[zero, c] = tap + cost[i, begin + c]
-            continue
-        for c in range(n):
-            q = tap + cost[i, begin + c]
-            lines[zero, c] = q if q < lines[zero, c] else lines[zero, c]
-    for c in range(n):
-        best = lines[zero, c]
-        lines[zero, c] = best + (tolerance * abs(best) + 1e-12) if best < np.inf else nothing - 1
-    for a in range((2 * r0 + 1) * (2 * r1 + 1) * count):
-        u0, u1, u2 = a // count // (2 * r1 + 1), a // count % (2 * r1 + 1), a % count
-        tap = taps[0, 0, u0 + count // 2 - r0] + taps[0, 1, u1 + count // 2 - r1] + taps[0, 2, u2]
-        i, begin = np.uintp(first + u0 * stride + u1), np.uintp(start + u2)
-        word, bit, none = np.uintp(a // WORD), np.int64(1) << np.int64(a % WORD), np.int64(0)
-        for c in range(n):
-            masks[word, to + c] |= bit if tap + cost[i, begin + c] <= lines[zero, c] else none
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -191,6 +155,7 @@ def choose(
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     r0, r1 = axis_radius(taps.shape[2] // 2, dimension)
+    groups = np.empty(scratch.lines.shape[1], np.int32)
     for k in range(first, last):
         if not differs[k]:
             continue
@@ -198,32 +163,22 @@ def choose(
         b0, b1 = axis_radius(radius, dimension)
         width = 2 * radius + 1
         cost = sweep(
-            costs,
-            k + lead,
-            danger,
-            taps,
-            radius,
-            centre,
-            dimension,
-            scratch.even,
-            scratch.odd,
-            scratch.plane,
+            costs, k + lead, danger, taps, radius, centre, dimension, scratch.even, scratch.odd, scratch.plane,
             scratch.lines,
-        )
+        )  # fmt: skip
+        if choices.odds.size == 0:
+            spare = scratch.even if taps.shape[0] % 2 == 1 else scratch.odd  # where the sweep did not end
+            mark_box(
+                cost, taps, radius, centre, dimension, tolerance, spare, scratch.plane, scratch.lines, groups,
+                choices.masks, choices.offsets[k],
+            )  # fmt: skip
         for line in range((2 * b0 + 1) * (2 * b1 + 1)):
             i0, i1 = line // (2 * b1 + 1), line % (2 * b1 + 1)
             row = (c0 - b0 + i0) * rows + c1 - b1 + i1
             at = choices.offsets[k] + line * width
             corner, start = row - r0 * rows - r1, centre - radius - taps.shape[2] // 2
-            for word in range(np.uintp(choices.masks.shape[0])):
-                for c in range(np.uintp(at), np.uintp(at + width if choices.odds.size == 0 else at)):
-                    choices.masks[word, c] = 0
             if choices.odds.size > 0:
                 _weigh_row(cost, corner, rows, start, width, taps, dimension, rationality, choices.odds, at)
-            else:
-                _mark_row(
-                    cost, corner, rows, start, width, taps, dimension, tolerance, scratch.lines, choices.masks, at
-                )
             if free.size > 0:
                 for c in range(width):
                     _heed_walls(free, row, rows, centre - radius + c, mixture, dimension, choices, at + c)

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from sidestep._kernels.sweep import CostTables, Values, sweep
-from sidestep._kernels.sweep_choices import WORD, Choices, ValueScratch, choose, mark_admissible
+from sidestep._kernels.sweep_choices import Choices, ValueScratch, choose, mark_admissible
+from sidestep._kernels.sweep_marks import WORD
 from sidestep._kernels.sweep_tables import axis_policies
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import (
@@ -178,7 +179,7 @@ def admissible_actions(grid: CostGrid, free: BoolArray, horizon: int) -> Choices
 def value_scratch(grid: CostGrid) -> ValueScratch:
     """Return arrays for sweeps on `grid`."""
     rows, columns = grid.shape
-    plane = np.zeros((columns if grid.dimension == 3 else 0, columns), grid.dtype)
+    plane = np.zeros((rows if grid.dimension == 3 else 0, columns), grid.dtype)
     even, odd = np.zeros((rows, columns), grid.dtype), np.zeros((rows, columns), grid.dtype)
     return ValueScratch(even, odd, plane, np.zeros((3, columns), grid.dtype))
 

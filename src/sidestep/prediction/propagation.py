@@ -29,8 +29,8 @@ from sidestep.human.policy import (
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray, IntArray
 
-SINGLE_FROM = 600
-"""N_R·M from which values are float32: below, float64 costs no noticeable time."""
+SINGLE_FROM = 200
+"""N_R·M from which values are float32: below, float64 costs little time."""
 LARGEST_ODDS = 8_000_000
 """Probabilities of a finite rationality that are held at a time (64 MB)."""
 
