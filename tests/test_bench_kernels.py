@@ -26,7 +26,7 @@ KERNELS = {  # kernel → (the module that calls it, its time over that of the l
     "choose": ("sidestep.human.policy", 1.2),
     "contact_shares": ("sidestep.prediction.propagation", 0.15),
     "propagate": ("sidestep.prediction.propagation", 0.65),
-    "put_steps": ("sidestep.prediction.occupancy", 0.02),
+    "add_midway": ("sidestep.prediction.propagation", 0.05),
     "profiles": ("sidestep.subjects", 0.35),
     "mass_near": ("sidestep.prediction.collision", 0.2),
     "compact": ("sidestep.prediction.person_mass", 0.3),

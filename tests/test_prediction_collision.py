@@ -219,10 +219,11 @@ def test_kernels_without_compilation_agree():
 @pytest.mark.parametrize("midway", [False, True])
 def test_blocks_of_a_prediction_are_its_steps_and_mid_steps(d, midway):
     case = draw_encounter(d, d=d, reach=1, steps=2, horizon=3, walls=False)
-    for kernel in (blocks.put_steps, blocks.put_steps.py_func):
+    for kernel in (blocks.take_steps, blocks.take_steps.py_func):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("sidestep.prediction.occupancy.put_steps", kernel)
+            patch.setattr("sidestep.prediction.occupancy.take_steps", kernel)
             prediction = predicted(case, midway=midway)
+            assert prediction.occupancy.probability.sum() == pytest.approx(4.0)
         found = PersonMass.of_prediction(prediction)
         steps = prediction.occupancy.probability
         plain = PersonMass.of(lattice=prediction.occupancy.lattice, steps=steps, midway=prediction.midway, reach=1)

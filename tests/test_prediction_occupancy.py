@@ -184,3 +184,14 @@ def test_a_workspace_changes_nothing_and_keeps_no_result() -> None:
         np.testing.assert_array_equal(shared.action_probabilities, alone.action_probabilities)
         for a, b in zip(shared.midway, alone.midway, strict=True):
             np.testing.assert_array_equal(a, b)
+
+
+def test_hypotheses_that_next_to_nobody_believes_in_are_not_followed_but_still_told() -> None:
+    case = draw_encounter(5, d=2, reach=2, steps=3, horizon=4, walls=False)
+    case = replace(case, model=replace(case.model, awareness_over_horizon="persistent", randomness=0.2))
+    some = np.array([[0.3, 0.7 - 4e-10], [3e-10, 1e-10]])
+    few, whole = (predicted(replace(case, weights=some), keep_hypotheses=kept) for kept in (False, True))
+    np.testing.assert_allclose(few.occupancy.probability, whole.occupancy.probability, atol=2e-9, rtol=0)
+    np.testing.assert_allclose(few.occupancy.probability.sum(axis=(1, 2)), 1.0, atol=1e-14)
+    np.testing.assert_allclose(few.contact, whole.contact, atol=2e-9, rtol=0)
+    np.testing.assert_allclose(few.action_probabilities, whole.action_probabilities, atol=1e-14)

@@ -10,114 +10,171 @@ import numpy as np
 import pytest
 from scipy.stats import ncx2
 
-from sidestep._kernels import push, push_horizon, push_sections
+from sidestep._kernels import push, push_evenly, push_horizon, push_sections
 from sidestep._kernels.risk_profile import blob_table, profiles
+from sidestep._kernels.sweep_marks import WORD
 from sidestep.human.goals import DirectionGoal, PointGoal
 from sidestep.human.model import HumanModel
+from sidestep.human.policy import words_of
 from sidestep.prediction.occupancy import Removal, frame_of, predict
 
-CENTRE, COLUMNS = 3, 8
+CENTRE = 3
+WIDTH = 2 * CENTRE + 1
+NOWHERE = np.zeros((0, 0), np.int64)
 
 
 def both(kernel: Any) -> list[Callable[..., Any]]:
     return [kernel, kernel.py_func]
 
 
-def rows_of(d: int, width: int) -> int:
-    return width ** (d - 1)
+def as_python(monkeypatch: pytest.MonkeyPatch, module: Any, *names: str) -> None:
+    for name in names:
+        monkeypatch.setattr(module, name, getattr(module, name).py_func)
 
 
 def dense(field: np.ndarray, section: int, d: int) -> np.ndarray:
-    width = 2 * CENTRE + 1
-    return field[section : section + rows_of(d, width), :width].reshape((width,) * d)
+    return field[section : section + WIDTH ** (d - 1)].reshape((WIDTH,) * d)
 
 
 def random_mass(rng: np.random.Generator, d: int, radius: int) -> np.ndarray:
-    """Field of one section of mass within `radius`, one empty one, and one of mid-steps."""
-    width = 2 * CENTRE + 1
-    rows = rows_of(d, width)
-    field = np.zeros((2 * rows + 2 * rows_of(d, 4 * CENTRE + 1), COLUMNS))
+    """Field of one section of mass within `radius`, and an empty one."""
+    field = np.zeros((2 * WIDTH ** (d - 1), WIDTH))
     inner = (slice(CENTRE - radius, CENTRE + radius + 1),) * d
     dense(field, 0, d)[inner] = rng.random((2 * radius + 1,) * d) * (rng.random((2 * radius + 1,) * d) < 0.7)
     return field
 
 
-def halves(field: np.ndarray, d: int) -> np.ndarray:
-    """The section of mid-steps, columns put together again."""
-    width = 2 * CENTRE + 1
-    half = 4 * CENTRE + 1
-    planes = field[2 * rows_of(d, width) :].reshape(rows_of(d, half), 2, COLUMNS)
-    whole = np.zeros((rows_of(d, half), 2 * COLUMNS))
-    whole[:, 0::2], whole[:, 1::2] = planes[:, 0], planes[:, 1]
-    return whole[:, :half].reshape((half,) * d)
+def box_of(d: int, radius: int) -> np.ndarray:
+    box = np.zeros(6, np.int64)
+    push_sections.set_box(box, radius, d)
+    return box
 
 
-@pytest.mark.parametrize("d", [1, 2, 3])
-@pytest.mark.parametrize("factor", [1, 2])
-def test_separable_moves(d: int, factor: int) -> None:
-    rng = np.random.default_rng(d)
-    reach, radius, width = 1, 2, 2 * CENTRE + 1
-    tables = rng.random((3, 3, 5)) * (rng.random((3, 3, 1)) < 0.7)
-    mass = random_mass(rng, d, radius)
-    expected = np.zeros((factor * 2 * CENTRE + 1,) * d)
-    for cell in itertools.product(range(-radius, radius + 1), repeat=d):
+def follow(
+    mass: np.ndarray,
+    radius: int,
+    d: int,
+    reach: int,
+    part: Callable[[int, tuple[int, ...], tuple[int, ...]], float],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mass and mid-steps (radius 2·radius + reach) by definition; part(cell's index, cell, action) of each moves."""
+    half = 2 * radius + reach
+    steps, halfway = np.zeros((WIDTH,) * d), np.zeros((2 * half + 1,) * d)
+    for index, cell in enumerate(itertools.product(range(-radius, radius + 1), repeat=d)):
         here = dense(mass, 0, d)[tuple(np.array(cell) + CENTRE)]
         for u in itertools.product(range(-reach, reach + 1), repeat=d):
-            share = np.prod([tables[3 - d + a, u[a] + reach, cell[a] + 2] for a in range(d)])
-            expected[tuple(factor * (np.array(cell) + CENTRE) + u)] += 0.3 * share * here
-    for kernel in both(push.push_separable):
-        field = mass.copy()
-        kernel(
-            field, 0, radius, CENTRE, tables.reshape(9, 5), tables.any(axis=2).ravel().astype(float), 2, 0.3, d, factor,
-            factor * rows_of(d, width), factor * CENTRE, np.zeros((4, COLUMNS)),
-        )  # fmt: skip
-        found = dense(field, rows_of(d, width), d) if factor == 1 else halves(field, d)
-        np.testing.assert_allclose(found, expected, atol=1e-15)
+            share = here * part(index, cell, u)
+            steps[tuple(np.array(cell) + CENTRE + u)] += share
+            halfway[tuple(2 * np.array(cell) + u + half)] += share
+    return steps, halfway
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
-@pytest.mark.parametrize("kind", ["bits", "bits among walls", "odds"])
-def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Masses, living masses (here all of it) and mid-steps follow the same choices."""
+def test_separable_moves(d: int) -> None:
     rng = np.random.default_rng(d)
-    radius, width, n = 2 if d < 3 else 1, 2 * CENTRE + 1, 3**d
-    cells = list(itertools.product(range(-radius, radius + 1), repeat=d))
+    radius = 2
+    tables = rng.random((3, 3, 5)) * (rng.random((3, 3, 1)) < 0.7)
+    mass = random_mass(rng, d, radius)
+    expected = follow(
+        mass, radius, d, 1,
+        lambda _, x, u: 0.3 * float(np.prod([tables[3 - d + a, u[a] + 1, x[a] + 2] for a in range(d)])),
+    )  # fmt: skip
+    section = WIDTH ** (d - 1)
+    for kernel in both(push.push_separable):
+        field, halves = mass.copy(), np.zeros(3 + 11**d)
+        kernel(
+            field, 0, box_of(d, radius), CENTRE, tables.reshape(9, 5), tables.any(axis=2).ravel().astype(float), 2, 0.3,
+            d, section, halves, 3, 5,
+        )  # fmt: skip
+        np.testing.assert_allclose(dense(field, section, d), expected[0], atol=1e-15)
+        np.testing.assert_allclose(halves[3:].reshape((11,) * d), expected[1], atol=1e-15)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("kind", ["bits", "bits among walls", "sparing", "odds"])
+def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Masses and mid-steps follow the same choices."""
+    rng = np.random.default_rng(d)
+    radius, n = 2 if d < 3 else 1, 3**d
+    cells = (2 * radius + 1) ** d
     actions = list(itertools.product((-1, 0, 1), repeat=d))
     mixture = np.repeat(np.eye(3)[None], 3, axis=0)
     mixture[2, 2] = [0.0, 0.25, 0.75]
     layers = 2 if kind == "bits among walls" else 1
-    choice = rng.random((layers, len(cells), n)) < 0.3
+    choice = rng.random((layers, cells, n)) < 0.3
     choice[1:] &= ~choice[:1]
     choice[0, ~choice.any(axis=(0, 2)), n // 2] = True
-    odds = rng.dirichlet(np.ones(n), len(cells)) if kind == "odds" else np.zeros((0, 0))
+    choice[0, -2:] = kind == "sparing"
+    choice[0, -2:, 0] = True
+    odds = rng.dirichlet(np.ones(n), cells) if kind == "odds" else np.zeros((0, 0))
     masks = (choice * (1 << np.arange(n))).sum(axis=2).astype(np.int64)
     mass = random_mass(rng, d, radius)
-    expected, halfway = np.zeros((width,) * d), np.zeros((2 * width - 1,) * d)
-    for index, cell in enumerate(cells):
-        here = 0.6 * dense(mass, 0, d)[tuple(np.array(cell) + CENTRE)]
+
+    def part(index: int, _: tuple[int, ...], v: tuple[int, ...]) -> float:
+        total = 0.0
         for layer, (a, u) in itertools.product(range(layers), enumerate(actions)):
             share = odds[index, a] if kind == "odds" else choice[layer, index, a] / choice[:, index].sum()
-            for v in actions:
-                part = (
-                    np.prod([mixture[3 - d + i, u[i] + 1, v[i] + 1] for i in range(d)]) if layer == 0 else float(u == v)
-                )
-                expected[tuple(np.array(cell) + CENTRE + v)] += here * share * part
-                halfway[tuple(2 * (np.array(cell) + CENTRE) + v)] += here * share * part
-    section = rows_of(d, width)
+            stands = np.prod([mixture[3 - d + i, u[i] + 1, v[i] + 1] for i in range(d)])
+            total += 0.6 * share * (stands if layer == 0 else float(u == v))
+        return 0.0 if kind == "sparing" and choice[0, index].all() else total
+
+    expected = follow(mass, radius, d, 1, part)
+    section, half = WIDTH ** (d - 1), 2 * radius + 1
+    given = (np.ascontiguousarray(odds.T),) if kind == "odds" else (masks, 1)
     for plain in (False, True):
         if plain:
-            for name in ("_move", "_run", "_spans", "row_span"):
-                monkeypatch.setattr(push, name, getattr(push, name).py_func)
+            as_python(monkeypatch, push, "_move", "_run", "_half_row", "list_moves", "place_moves")
             monkeypatch.setattr(push, "lowest_bit", lambda mask: (int(mask) & -int(mask)).bit_length() - 1)
+        moves = push.list_moves(mixture, d)
+        push.place_moves(moves, WIDTH if d > 1 else 1, WIDTH, half, d)
         compiled = push.push_odds if kind == "odds" else push.push_choices
-        kernel = compiled.py_func if plain else compiled
-        given = (np.ascontiguousarray(odds.T),) if kind == "odds" else (masks, 1)
+        field, halves = mass.copy(), np.zeros(3 + (2 * half + 1) ** d)
+        (compiled.py_func if plain else compiled)(
+            field, 0, box_of(d, radius), CENTRE, *given, 0, radius, moves, 0.6, d, section, halves, 3, half,
+            *(() if kind == "odds" else (kind == "sparing",)),
+        )  # fmt: skip
+        np.testing.assert_allclose(dense(field, section, d), expected[0], atol=1e-14)
+        np.testing.assert_allclose(halves[3:].reshape((2 * half + 1,) * d), expected[1], atol=1e-14)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("reach", [1, 2, 3])
+@pytest.mark.parametrize("walls", [False, True])
+def test_even_moves(d: int, reach: int, walls: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps and mid-steps, from all cells or from those where every action is admissible; the rest moves apart."""
+    rng = np.random.default_rng(d)
+    radius, n = CENTRE - reach, (2 * reach + 1) ** d
+    cells, words = (2 * radius + 1) ** d, words_of(reach, d)
+    mass = random_mass(rng, d, radius)
+    free = rng.random((cells, n)) < np.where(rng.random(cells) < 0.5, 1.0, 0.5)[:, None]
+    free[:, 0] = True
+    masks = np.zeros((words, cells), np.int64)
+    for a in range(n):
+        masks[a // WORD] |= free[:, a].astype(np.int64) << (a % WORD)
+    masks = masks if walls else NOWHERE
+    whole = free.all(axis=1) if walls else np.ones(cells, bool)
+    expected = follow(mass, radius, d, reach, lambda i, x, u: 0.7 * whole[i] / n)
+    order = {u: a for a, u in enumerate(itertools.product(range(-reach, reach + 1), repeat=d))}
+    rest = follow(mass, radius, d, reach, lambda i, x, u: 0.7 * (not whole[i]) * free[i, order[u]] / free[i].sum())[1]
+    section, half = WIDTH ** (d - 1), 2 * radius + reach
+    scratch, line = np.full((2, (2 * half + 1) ** d + section * WIDTH), np.nan), np.zeros(WIDTH + 4 * reach)
+    dense_mass = dense(mass, 0, d)[(slice(CENTRE - radius, CENTRE + radius + 1),) * d].ravel()
+    for plain in (False, True):
+        if plain:
+            as_python(monkeypatch, push_evenly, "all_admissible", "_read_row", "_sum_along", "_add_rows", "_sources")
+            as_python(monkeypatch, push_evenly, "spread_midway", "spread_walled_midway", "spread_evenly")
         field = mass.copy()
-        kernel(
-            field, 0, 0, radius, CENTRE, *given, 0, radius, mixture, 0.6, d, section, section, 2 * section, 2 * CENTRE
+        push_evenly.spread_evenly(
+            field, 0, box_of(d, radius), CENTRE, reach, d, 0.7, masks, radius, section, scratch, line
         )
-        np.testing.assert_allclose(dense(field, section, d), 2 * expected, atol=1e-14)  # free and living fell together
-        np.testing.assert_allclose(halves(field, d), halfway, atol=1e-14)
+        np.testing.assert_allclose(dense(field, section, d), expected[0], atol=1e-14)
+        flat = np.concatenate([dense_mass, np.zeros((2 * half + 1) ** d)])
+        push_evenly.spread_midway(flat, 0, radius, reach, d, 0.7, masks, radius, cells, scratch, line)
+        np.testing.assert_allclose(flat[cells:].reshape(expected[1].shape), expected[1], atol=1e-14)
+        if walls:
+            flat[cells:] = 0.0
+            push_evenly.spread_walled_midway(flat, 0, radius, reach, d, 0.7, masks, radius, cells)
+            np.testing.assert_allclose(flat[cells:].reshape(rest.shape), rest, atol=1e-14)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
@@ -125,6 +182,8 @@ def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_what_touches_the_robot_is_removed(d: int, spread: bool) -> None:
     rng = np.random.default_rng(d)
     mass = random_mass(rng, d, 2)
+    gone, lost = rng.random((WIDTH,) * d) * dense(mass, 0, d), WIDTH ** (d - 1)
+    dense(mass, lost, d)[:] = gone
     robot = np.zeros((2, 3))
     robot[1, 3 - d :] = rng.normal(size=d) * 0.2
     place = (np.stack(np.indices((7,) * d), axis=-1) - CENTRE) * 0.3
@@ -137,34 +196,37 @@ def test_what_touches_the_robot_is_removed(d: int, spread: bool) -> None:
     for tell, remove in zip(both(push_sections.contact_shares), both(push_sections.remove_contact), strict=True):
         field, boxes, shares = mass.copy(), np.zeros((2, 7), np.int64), np.zeros(5**d)
         tell(robot, 0.3, 2, d, 0.5, samples, grids, boxes, shares)
-        removed = remove(field, 0, CENTRE, d, boxes, shares, 1)
-        before = dense(mass, 0, d)
-        np.testing.assert_allclose(dense(field, 0, d), before * (1 - share), atol=1e-3 if spread else 1e-15)
-        assert removed == pytest.approx((before * share).sum(), abs=2e-3 if spread else 1e-12)
-        assert remove(field, 0, CENTRE, d, boxes, shares, 0) == 0.0
+        removed = remove(field, 0, lost, CENTRE, d, boxes, shares, 1)
+        touching = (dense(mass, 0, d) - gone) * share
+        np.testing.assert_array_equal(dense(field, 0, d), dense(mass, 0, d))
+        np.testing.assert_allclose(dense(field, lost, d), gone + touching, atol=1e-3 if spread else 1e-15)
+        assert removed == pytest.approx(touching.sum(), abs=2e-3 if spread else 1e-12)
+        assert remove(field, 0, lost, CENTRE, d, boxes, shares, 0) == 0.0
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
-def test_sections_are_cleared_copied_and_put_together(d: int) -> None:
+def test_boxes_are_cleared_copied_and_covered(d: int) -> None:
     rng = np.random.default_rng(d)
     mass = random_mass(rng, d, 2)
-    rows = rows_of(d, 2 * CENTRE + 1)
-    for clear, add in zip(both(push_sections.clear_rows), both(push_sections.add_box), strict=True):
-        field, target = mass.copy(), np.zeros((rows, COLUMNS - 1))
-        add(field, 0, 1, CENTRE, d, target, 0)
-        inner = (slice(2, 5),) * d
-        assert target.sum() == pytest.approx(dense(mass, 0, d)[inner].sum())
-        clear(field, 0, 2, CENTRE, d, 1)
-        assert field.sum() == 0.0
-    for kernel in both(push_sections.add_planes):
-        field = np.zeros_like(mass)
-        field[2 * rows :] = rng.random(field[2 * rows :].shape)
-        for radius in (0, 3, 2 * CENTRE):
-            flat = np.ones(1 + (2 * radius + 1) ** d)
-            kernel(field, 2 * rows, 2 * CENTRE, radius, d, flat, 1)
-            inner = (slice(2 * CENTRE - radius, 2 * CENTRE + radius + 1),) * d
-            np.testing.assert_allclose(flat[1:] - 1.0, halves(field, d)[inner].ravel())
-            assert flat[0] == 1.0
+    inner = (slice(2, 5),) * d
+    for clear, add in zip(both(push_sections.clear_box), both(push_sections.add_block), strict=True):
+        field, flat = mass.copy(), np.ones(2 + 3**d)
+        add(field, 0, box_of(d, 1), CENTRE, d, flat, 2)
+        np.testing.assert_allclose(flat[2:] - 1.0, dense(mass, 0, d)[inner].ravel())
+        assert flat[:2].sum() == 2.0
+        clear(field, 0, box_of(d, 1), CENTRE, d)
+        assert dense(field, 0, d)[inner].sum() == 0.0
+        assert field.sum() == pytest.approx(mass.sum() - dense(mass, 0, d)[inner].sum())
+    empty, out = np.array([0, -1, 0, 0, 0, 0]), np.zeros(6, np.int64)
+    other = np.array([0, 0, 0, 0, 1, 4])
+    for cover in both(push_sections.cover):
+        assert not cover(empty, 1, d, empty, out)
+        assert cover(empty, 1, d, other, out)
+        np.testing.assert_array_equal(out, other)
+        assert cover(box_of(d, 1), 1, d, empty, out)
+        np.testing.assert_array_equal(out, box_of(d, 2))
+        assert cover(box_of(d, 1), 1, d, other, out)
+        np.testing.assert_array_equal(out, [*box_of(d, 2)[:5], 4])
 
 
 @pytest.mark.parametrize("awareness", ["persistent", "resampled"])
@@ -182,6 +244,8 @@ def test_a_whole_prediction_by_the_python_source(awareness: str, monkeypatch: py
 
     compiled = masses()
     monkeypatch.setattr("sidestep.prediction.propagation.propagate", push_horizon.propagate.py_func)
+    monkeypatch.setattr("sidestep.prediction.propagation.add_midway", push_evenly.add_midway.py_func)
+    as_python(monkeypatch, push_horizon, "_step", "_read_actions")
     for found, expected in zip(masses(), compiled, strict=True):
         np.testing.assert_allclose(found, expected, atol=1e-14)
 

@@ -1,4 +1,4 @@
-"""A person's mass, put block after block as `risk` reads it: steps and mid-steps in turn."""
+"""A person's mass, block after block as `risk` reads it: steps and mid-steps in turn, each on its own box."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from sidestep.types import FloatArray, IntArray
 
 
 @njit(cache=True)
-def put_steps(steps: FloatArray, dimension: int, offsets: IntArray, radii: IntArray, flat: FloatArray) -> None:
-    """Fill the even blocks; cells farther than radii[2k] from the anchor hold nothing at step k.
+def take_steps(flat: FloatArray, offsets: IntArray, radii: IntArray, dimension: int, steps: FloatArray) -> None:
+    """Lay out the even blocks; cells farther than radii[2k] from the anchor hold nothing at step k.
 
     Args:
-        steps: (N+1, rows, C) the mass at k = 0..N, the axes before the last one in `rows`.
+        flat: all blocks, one after another.
+        offsets: (2N+2,) where they start.
+        radii: (2N+1,) cells from the anchor to the faces of each.
         dimension: d.
-        offsets: (2N+2,) where the blocks start.
-        radii: (2N+1,) cells from the anchor to the faces of each block.
-        flat: all blocks, one after another; written.
+        steps: (N+1, rows, C) the mass at k = 0..N, the axes before the last one in `rows`; written, 0 before.
     """
     centre = steps.shape[2] // 2
     c0 = centre if dimension == 3 else 0
@@ -30,5 +30,5 @@ def put_steps(steps: FloatArray, dimension: int, offsets: IntArray, radii: IntAr
             for i1 in range(c1 - r1, c1 + r1 + 1):
                 row = np.uintp(i0 * (2 * c1 + 1) + i1)
                 for c in range(np.uintp(centre - radius), np.uintp(centre + radius + 1)):
-                    flat[at] = steps[k, row, c]
+                    steps[k, row, c] = flat[at]
                     at += np.uintp(1)

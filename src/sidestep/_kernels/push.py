@@ -1,120 +1,150 @@
-"""One step of probability mass (Eqs. 4, 6), whole rows at a time. Layout of cells as in `sweep`; mass is float64.
+"""One deliberate step of probability mass (Eqs. 4, 6). Layout of cells as in `sweep`; mass is float64.
 
-All mass lies in one array, the field: (rows, C) sections, one after another. A section is named by its first row.
-    "Free"
-mass ignores the robot, "living" mass is what has not touched it. Mass that moves from x to x + u is at 2x + u at
-mid-step, on the lattice with half the spacing; the section of mid-steps keeps the columns in two planes, row 2i
-(column c holding 2c) and row 2i + 1 (2c + 1), so that these moves run along rows too.
+The mass of one hypothesis lies in one array, the field: (rows, C) sections, one after another, named by their first
+row. Mass that moves from x to x + u is at 2x + u at mid-step, on the lattice with half the spacing; that mass is added
+to a dense flat block, see `blocks`. A box is (6,) cells from the anchor, first and last on each axis.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from sidestep._kernels.bits import lowest_bit
-from sidestep._kernels.push_sections import row_span
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_marks import WORD
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def push_separable(
-    field: FloatArray,
-    section: int,
-    radius: int,
-    centre: int,
-    tables: FloatArray,
-    used: FloatArray,
-    middle: int,
-    share: float,
-    dimension: int,
-    factor: int,
-    to_section: int,
-    to_centre: int,
-    lines: FloatArray,
-) -> None:
-    """field[to](factor·x + u) += share · field[section](x) · Π_a tables[a, u_a, x_a].
+class Moves(NamedTuple):
+    """Where actions lead: action a to the entries starts[a] ≤ e < starts[a + 1].
 
-    Args:
-        field: all mass.
-        section: where the mass is read, on the box of `radius`.
-        radius: of the box with mass.
-        centre: index of the anchor in that section.
-        tables: (3·T, C') rows axis·T + u + reach: probability of a component of the action.
-        used: (3·T,) 0 where a row of `tables` is all zero.
-        middle: index of the anchor in `tables`.
-        share: of the mass that moves this way.
-        dimension: d.
-        factor: 1, or 2 for mid-steps.
-        to_section: where the mass is added.
-        to_centre: index of the anchor there (in dense columns, for mid-steps).
-        lines: (≥ 2, C) scratch.
+    The n actions come twice: standing for what they are a mixture of, and for themselves.
+
+    Attributes:
+        starts: (2n + 1,).
+        weights: (E,) share of each entry.
+        steps: (E, 3) components.
+        shifts: (E, 2) how far on the cell lies in the flat field, and in the block of mid-steps.
     """
-    count = tables.shape[0] // 3
+
+    starts: IntArray
+    weights: FloatArray
+    steps: IntArray
+    shifts: IntArray
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def list_moves(mixture: FloatArray, dimension: int) -> Moves:
+    """List the entries of every action; `mixture` (3, T, T) is what a chosen component stands for."""
+    count = mixture.shape[1]
     reach = count // 2
-    rows, to_rows = row_count(centre, dimension), row_count(to_centre, dimension)
-    c0, c1 = axis_radius(centre, dimension)
-    o0, o1 = axis_radius(to_centre, dimension)
-    m0, m1 = axis_radius(middle, dimension)
-    b0, b1 = axis_radius(radius, dimension)
     r0, r1 = axis_radius(reach, dimension)
-    planes = np.uintp(factor)
-    for i0 in range(-b0, b0 + 1):
-        for i1 in range(-b1, b1 + 1):
-            row = section + (c0 + i0) * rows + c1 + i1
-            lo, hi = row_span(field, row, centre - radius, centre + radius + 1)
-            if lo == hi:
-                continue
-            leftmost = to_centre + factor * (lo - centre) - reach
-            rightmost = to_centre + factor * (hi - 1 - centre) + reach
-            left, right = np.uintp(leftmost // factor), np.uintp(rightmost // factor + 1)
-            for p in range(planes):
-                for c in range(left, right):
-                    lines[p, c] = 0.0
-            begin, n, i = np.uintp(lo), np.uintp(hi - lo), np.uintp(row)
-            t, from_column = np.uintp(2 * count), np.uintp(middle + lo - centre)
-            for u in range(count):
-                if used[t] != 0.0:
-                    p, to = np.uintp((leftmost + u) % factor), np.uintp((leftmost + u) // factor)
-                    for c in range(n):
-                        lines[p, to + c] += tables[t, from_column + c] * field[i, begin + c]
-                t += np.uintp(1)
-            for u0 in range(-r0, r0 + 1):
-                for u1 in range(-r1, r1 + 1):
-                    part = share
-                    if r0 > 0:
-                        part *= tables[u0 + reach, m0 + i0]
-                    if r1 > 0:
-                        part *= tables[count + u1 + reach, m1 + i1]
-                    if part == 0.0:
-                        continue
-                    o = np.uintp(to_section + factor * ((o0 + factor * i0 + u0) * to_rows + o1 + factor * i1 + u1))
-                    for p in range(planes):
-                        for c in range(left, right):
-                            field[o, c] += part * lines[p, c]
-                        o += np.uintp(1)
+    n = (2 * r0 + 1) * (2 * r1 + 1) * count
+    room = n
+    for axis in range(3):
+        most = 1
+        for u in range(count):
+            most = max(most, np.count_nonzero(mixture[axis, u]))
+        room *= most
+    starts, weights, steps = np.zeros(2 * n + 1, np.int64), np.empty(room + n), np.empty((room + n, 3), np.int64)
+    end = 0
+    for a in range(n):
+        u0, u1, u2 = a // count // (2 * r1 + 1) - r0 + reach, a // count % (2 * r1 + 1) - r1 + reach, a % count
+        for v0 in range(reach - r0, reach + r0 + 1):
+            for v1 in range(reach - r1, reach + r1 + 1):
+                for v2 in range(count):
+                    part = mixture[0, u0, v0] * mixture[1, u1, v1] * mixture[2, u2, v2]
+                    if part != 0.0:
+                        weights[end], steps[end, 0], steps[end, 1], steps[end, 2] = part, v0, v1, v2
+                        end += 1
+        starts[a + 1] = end
+    for a in range(n):
+        weights[end], steps[end, 0] = 1.0, a // count // (2 * r1 + 1) - r0 + reach
+        steps[end, 1], steps[end, 2] = a // count % (2 * r1 + 1) - r1 + reach, a % count
+        end += 1
+        starts[n + a + 1] = end
+    steps -= reach
+    return Moves(starts, weights, steps, np.zeros((room + n, 2), np.int64))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def place_moves(moves: Moves, rows: int, columns: int, half_radius: int, dimension: int) -> None:
+    """Write the shifts for a field of C = `columns` with R = `rows`, and for a block of mid-steps."""
+    wide = 2 * half_radius + 1
+    high = wide if dimension >= 2 else 1
+    for e in range(moves.starts[-1]):
+        v0, v1, v2 = moves.steps[e]
+        moves.shifts[e, 0] = (v0 * rows + v1) * columns + v2
+        moves.shifts[e, 1] = (v0 * high + v1) * wide + v2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _move(
+    flat: FloatArray,
+    at: int,
+    n: int,
+    to: int,
+    halves: FloatArray,
+    to_half: int,
+    share: float,
+    moves: Moves,
+    action: int,
+) -> None:
+    """Add `share` of n cells' mass to where an action leads; halves of size 0: not wanted."""
+    two, width, i = np.uintp(2), np.uintp(n), np.uintp(at)
+    for e in range(moves.starts[action], moves.starts[action + 1]):
+        part, o = share * moves.weights[e], np.uintp(to + moves.shifts[e, 0])
+        for c in range(width):
+            flat[o + c] += part * flat[i + c]
+        if halves.size > 0:
+            h = np.uintp(to_half + moves.shifts[e, 1])
+            for c in range(width):
+                halves[h + two * c] += part * flat[i + c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _run(masks: IntArray, start: int, stop: int) -> tuple[int, int]:
+    """One past the last column that chooses as column `start` does, and how many actions they choose."""
+    chosen, end = 0, np.uintp(stop)
+    for word in range(np.uintp(masks.shape[0])):
+        first, c = masks[word, np.uintp(start)], np.uintp(start) + np.uintp(1)
+        while c < end and masks[word, c] == first:
+            c += np.uintp(1)
+        end = c
+        while first != 0:
+            first &= first - 1
+            chosen += 1
+    return int(end), chosen
+
+
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+def _half_row(start: int, half_radius: int, dimension: int, i0: int, i1: int) -> int:
+    """Where the doubled row (i0, i1), column 0, lies among flat blocks."""
+    h0, h1 = axis_radius(half_radius, dimension)
+    return start + ((h0 + 2 * i0) * (2 * h1 + 1) + h1 + 2 * i1) * (2 * half_radius + 1) + half_radius
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def push_choices(
     field: FloatArray,
     section: int,
-    living: int,
-    radius: int,
+    box: IntArray,
     centre: int,
     masks: IntArray,
     words: int,
     offset: int,
-    box: int,
-    mixture: FloatArray,
+    middle: int,
+    moves: Moves,
     share: float,
     dimension: int,
     to_section: int,
-    to_living: int,
-    to_half: int,
-    half_centre: int,
+    halves: FloatArray,
+    half_start: int,
+    half_radius: int,
+    sparing: bool,
 ) -> None:
     """Move `share` of the mass along chosen actions (see `sweep_choices`); a cell's choices share it evenly (Eq. 5).
 
@@ -122,177 +152,141 @@ def push_choices(
 
     Args:
         field: all mass.
-        section: free mass, read on the box of `radius`.
-        living: living mass, moved alongside; < 0: none.
-        radius: of the box with mass.
-        centre: index of the anchor in these sections.
+        section: where it is read.
+        box: (6,) where there is any.
+        centre: index of the anchor.
         masks: (words or 2·words, cells), see `sweep_choices.Choices`.
         words: rows of `masks` that hold all actions once.
         offset: column of `masks` where the box of these choices begins.
-        box: its radius.
-        mixture: (3, T, T) what a chosen component stands for.
+        middle: its radius.
+        moves: what actions stand for, placed.
         share: of the mass that moves this way.
         dimension: d.
-        to_section: where free mass is added.
-        to_living: where living mass is added; < 0: not wanted.
-        to_half: where mid-step mass is added; < 0: not wanted.
-        half_centre: index of its anchor, in dense columns.
+        to_section: where mass is added.
+        halves: flat blocks; size 0: mid-steps are not wanted.
+        half_start: where the block of these mid-steps begins.
+        half_radius: of its box.
+        sparing: the mass of cells that choose every action stays behind.
     """
-    count = mixture.shape[1]
-    rows = row_count(centre, dimension)
+    rows, columns = row_count(centre, dimension), field.shape[1]
     c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    x0, x1 = axis_radius(box, dimension)
-    r0, r1 = axis_radius(count // 2, dimension)
-    spans = _spans(mixture)
-    for i0 in range(-b0, b0 + 1):
-        for i1 in range(-b1, b1 + 1):
-            row = section + (c0 + i0) * rows + c1 + i1
-            lo, hi = row_span(field, row, centre - radius, centre + radius + 1)
-            first = offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * box + 1) + box - centre
-            while lo < hi:
-                stop, chosen = _run(masks, first + lo, first + hi)
-                part = share / chosen
-                for word in range(masks.shape[0]):
-                    left = masks[word, first + lo]
-                    while left != 0:
-                        a = word % words * WORD + lowest_bit(left)
-                        left &= left - 1
-                        u0 = a // count // (2 * r1 + 1) + count // 2 - r0
-                        u1 = a // count % (2 * r1 + 1) + count // 2 - r1
+    x0, x1 = axis_radius(middle, dimension)
+    n = (moves.starts.size - 1) // 2
+    flat, shift = field.reshape(field.size), (to_section - section) * columns
+    for i0 in range(box[0], box[1] + 1):
+        for i1 in range(box[2], box[3] + 1):
+            at = (section + (c0 + i0) * rows + c1 + i1) * columns + centre
+            cell = offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * middle + 1) + middle
+            half = _half_row(half_start, half_radius, dimension, i0, i1)
+            i2 = box[4]
+            while i2 <= box[5]:
+                stop, chosen = _run(masks, cell + i2, cell + box[5] + 1)
+                length = stop - cell - i2
+                for word in range(0 if sparing and chosen == n else masks.shape[0]):
+                    bits = masks[word, cell + i2]
+                    while bits != 0:
+                        action = (n if word >= words else 0) + word % words * WORD + lowest_bit(bits)
                         _move(
-                            field, row, living - section, lo, stop - first - lo, i0, i1, lo - centre, u0, u1, a % count,
-                            word >= words, part, mixture, spans, centre, dimension, to_section, to_living, to_half,
-                            half_centre,
-                        )  # fmt: skip
-                lo = stop - first
+                            flat, at + i2, length, at + i2 + shift, halves, half + 2 * i2, share / chosen, moves, action
+                        )
+                        bits &= bits - 1
+                i2 += length
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def push_odds(
     field: FloatArray,
     section: int,
-    living: int,
-    radius: int,
+    box: IntArray,
     centre: int,
     odds: FloatArray,
     offset: int,
-    box: int,
-    mixture: FloatArray,
+    middle: int,
+    moves: Moves,
     share: float,
     dimension: int,
     to_section: int,
-    to_living: int,
-    to_half: int,
-    half_centre: int,
+    halves: FloatArray,
+    half_start: int,
+    half_radius: int,
 ) -> None:
     """Move `share` of the mass as the probabilities `odds` (n, cells) say; other arguments as for `push_choices`."""
-    count = mixture.shape[1]
-    rows = row_count(centre, dimension)
+    rows, columns = row_count(centre, dimension), field.shape[1]
     c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    x0, x1 = axis_radius(box, dimension)
-    r0, r1 = axis_radius(count // 2, dimension)
-    spans = _spans(mixture)
-    for i0 in range(-b0, b0 + 1):
-        for i1 in range(-b1, b1 + 1):
-            row = section + (c0 + i0) * rows + c1 + i1
-            lo, hi = row_span(field, row, centre - radius, centre + radius + 1)
-            first = offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * box + 1) + box - centre
-            for c in range(lo, hi):
-                for a in range(odds.shape[0]):
-                    if odds[a, first + c] == 0.0:
-                        continue
-                    u0 = a // count // (2 * r1 + 1) + count // 2 - r0
-                    u1 = a // count % (2 * r1 + 1) + count // 2 - r1
-                    _move(
-                        field, row, living - section, c, 1, i0, i1, c - centre, u0, u1, a % count, False,
-                        share * odds[a, first + c], mixture, spans, centre, dimension, to_section, to_living, to_half,
-                        half_centre,
-                    )  # fmt: skip
+    x0, x1 = axis_radius(middle, dimension)
+    flat, shift = field.reshape(field.size), (to_section - section) * columns
+    for i0 in range(box[0], box[1] + 1):
+        for i1 in range(box[2], box[3] + 1):
+            at = (section + (c0 + i0) * rows + c1 + i1) * columns + centre
+            cell = offset + ((x0 + i0) * (2 * x1 + 1) + x1 + i1) * (2 * middle + 1) + middle
+            half = _half_row(half_start, half_radius, dimension, i0, i1)
+            for i2 in range(box[4], box[5] + 1):
+                for a in range(odds.shape[0] if flat[at + i2] != 0.0 else 0):
+                    if odds[a, cell + i2] != 0.0:
+                        part = share * odds[a, cell + i2]
+                        _move(flat, at + i2, 1, at + i2 + shift, halves, half + 2 * i2, part, moves, a)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _run(masks: IntArray, start: int, stop: int) -> tuple[int, int]:
-    """One past the last column that chooses as column `start` does, and how many actions they choose."""
-    chosen = 0
-    end = stop
-    for word in range(masks.shape[0]):
-        first = masks[word, start]
-        c = start + 1
-        while c < end and masks[word, c] == first:
-            c += 1
-        end = c
-        while first != 0:
-            first &= first - 1
-            chosen += 1
-    return end, chosen
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _spans(mixture: FloatArray) -> IntArray:
-    """(3, T, 2) first component that a chosen one stands for, and one past the last."""
-    spans = np.zeros((3, mixture.shape[1], 2), np.int64)
-    for axis in range(3):
-        for u in range(mixture.shape[1]):
-            for v in range(mixture.shape[1]):
-                if mixture[axis, u, v] != 0.0:
-                    spans[axis, u, 0] = v if spans[axis, u, 1] == 0 else spans[axis, u, 0]
-                    spans[axis, u, 1] = v + 1
-    return spans
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _move(
+def push_separable(
     field: FloatArray,
-    row: int,
-    to_living_row: int,
-    start: int,
-    n: int,
-    i0: int,
-    i1: int,
-    i2: int,
-    u0: int,
-    u1: int,
-    u2: int,
-    plain: bool,
-    share: float,
-    mixture: FloatArray,
-    spans: IntArray,
+    section: int,
+    box: IntArray,
     centre: int,
+    tables: FloatArray,
+    used: FloatArray,
+    middle: int,
+    share: float,
     dimension: int,
     to_section: int,
-    to_living: int,
-    to_half: int,
-    half_centre: int,
+    halves: FloatArray,
+    half_start: int,
+    half_radius: int,
 ) -> None:
-    """Add `share` of n cells' mass to where action u leads: free, living (unless to_living < 0), mid-step.
+    """Move `share` of the mass by Π_a tables[a, u_a, x_a]; other arguments as for `push_choices`.
 
-    `plain`: the action stands for itself, not for its mixture.
+    Args:
+        field: all mass.
+        section: where it is read.
+        box: (6,) where there is any.
+        centre: index of the anchor.
+        tables: (3·T, C') rows axis·T + u + reach: probability of a component of the action.
+        used: (3·T,) 0 where a row of `tables` is all zero.
+        middle: index of the anchor in `tables`.
+        share: of the mass that moves this way.
+        dimension: d.
+        to_section: where mass is added.
+        halves: flat blocks, or size 0.
+        half_start: see `push_choices`.
+        half_radius: likewise.
     """
-    reach = mixture.shape[1] // 2
-    rows, half_rows = row_count(centre, dimension), row_count(half_centre, dimension)
+    count = tables.shape[0] // 3
+    reach = count // 2
+    rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
-    h0, h1 = axis_radius(half_centre, dimension)
-    i, begin, width = np.uintp(row), np.uintp(start), np.uintp(n)
-    alive = np.uintp(row + to_living_row)
-    for v0 in range(u0 if plain else spans[0, u0, 0], u0 + 1 if plain else spans[0, u0, 1]):
-        for v1 in range(u1 if plain else spans[1, u1, 0], u1 + 1 if plain else spans[1, u1, 1]):
-            for v2 in range(u2 if plain else spans[2, u2, 0], u2 + 1 if plain else spans[2, u2, 1]):
-                part = share
-                if not plain:
-                    part *= mixture[0, u0, v0] * mixture[1, u1, v1] * mixture[2, u2, v2]
-                line, to = (c0 + i0 + v0 - reach) * rows + c1 + i1 + v1 - reach, np.uintp(centre + i2 + v2 - reach)
-                o = np.uintp(to_section + line)
-                for c in range(width):
-                    field[o, to + c] += part * field[i, begin + c]
-                if to_living >= 0:
-                    o = np.uintp(to_living + line)
-                    for c in range(width):
-                        field[o, to + c] += part * field[alive, begin + c]
-                if to_half >= 0:
-                    column = half_centre + 2 * i2 + v2 - reach
-                    line = (h0 + 2 * i0 + v0 - reach) * half_rows + h1 + 2 * i1 + v1 - reach
-                    o, to = np.uintp(to_half + 2 * line + column % 2), np.uintp(column // 2)
-                    for c in range(width):
-                        field[o, to + c] += part * field[i, begin + c]
+    m0, m1 = axis_radius(middle, dimension)
+    r0, r1 = axis_radius(reach, dimension)
+    high = 2 * half_radius + 1 if dimension >= 2 else 1
+    two, n, from_ = np.uintp(2), np.uintp(box[5] - box[4] + 1), np.uintp(centre + box[4])
+    table = np.uintp(middle + box[4])
+    for i0 in range(box[0], box[1] + 1):
+        for i1 in range(box[2], box[3] + 1):
+            i = np.uintp(section + (c0 + i0) * rows + c1 + i1)
+            half = _half_row(half_start, half_radius, dimension, i0, i1) + 2 * box[4]
+            for u in range((2 * r0 + 1) * (2 * r1 + 1) * count):
+                u0, u1, u2 = u // count // (2 * r1 + 1) - r0, u // count % (2 * r1 + 1) - r1, u % count - reach
+                part, t = share, np.uintp(2 * count + u2 + reach)
+                if r0 > 0:
+                    part *= tables[u0 + reach, m0 + i0]
+                if r1 > 0:
+                    part *= tables[count + u1 + reach, m1 + i1]
+                if part == 0.0 or used[t] == 0.0:
+                    continue
+                o = np.uintp(to_section + (c0 + i0 + u0) * rows + c1 + i1 + u1)
+                to = np.uintp(centre + box[4] + u2)
+                for c in range(n):
+                    field[o, to + c] += part * tables[t, table + c] * field[i, from_ + c]
+                if halves.size > 0:
+                    h = np.uintp(half + (u0 * high + u1) * (2 * half_radius + 1) + u2)
+                    for c in range(n):
+                        halves[h + two * c] += part * tables[t, table + c] * field[i, from_ + c]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
-from sidestep._kernels.push import push_choices, push_odds, push_separable
-from sidestep._kernels.push_sections import add_box, add_planes, clear_rows, remove_contact
+from sidestep._kernels.push import Moves, list_moves, place_moves, push_choices, push_odds, push_separable
+from sidestep._kernels.push_evenly import spread_evenly
+from sidestep._kernels.push_sections import add_block, clear_box, cover, remove_contact, set_box
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_choices import Choices
 from sidestep.types import BoolArray, FloatArray, IntArray
@@ -40,31 +42,27 @@ class Conditions(NamedTuple):
         dimension: d.
         reach: largest action in cells.
         randomness: ω.
-        uniform: (3·T, C) 1/T; size 0 if there are walls.
-        admissible: choices of a person among walls who acts at random; size 0 if there are none.
-        all_used: (3·T,) ones.
+        admissible: choices of a person among walls who acts at random; masks of size 0 if there are none.
         same: (3, T, T) identity.
         centre: anchor's index in sections of mass.
         middle: in tables.
-        half_centre: in mid-step mass, in dense columns.
         boxes: (N+1, 7) and
         shares: of `push_sections.contact_shares`; size 0: nothing is removed.
-        offsets: (2N+2,) where the mass at a half instant starts in the flat array of all of them.
+        offsets: (2N+2,) where the mass at a half instant starts among the flat blocks.
+        midway: whether mid-steps are wanted.
     """
 
     dimension: int
     reach: int
     randomness: float
-    uniform: FloatArray
     admissible: Choices
-    all_used: FloatArray
     same: FloatArray
     centre: int
     middle: int
-    half_centre: int
     boxes: IntArray
     shares: FloatArray
     offsets: IntArray
+    midway: bool
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -84,111 +82,129 @@ def _read_actions(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _step(
+    behaviour: Behaviour,
+    given: Conditions,
+    moves: Moves,
+    plain: Moves,
+    k: int,
+    box: IntArray,
+    concerned: float,
+    field: FloatArray,
+    section: int,
+    to_section: int,
+    halves: FloatArray,
+    scratch: FloatArray,
+    line: FloatArray,
+) -> None:
+    """Move the mass of a section's box by one step of policy k; what moves evenly is not added to `halves`."""
+    d, centre, half_start = given.dimension, given.centre, given.offsets[2 * k + 1]
+    half_radius = given.reach * (2 * k + 1)
+    minding = concerned if behaviour.differs[k] else 0.0
+    walls = given.admissible.masks
+    if given.randomness > 0.0:
+        share = given.randomness
+        spread_evenly(
+            field, section, box, centre, given.reach, d, share, walls, given.middle, to_section, scratch, line
+        )
+        if walls.size > 0:
+            push_choices(
+                field, section, box, centre, walls, walls.shape[0], 0, given.middle, plain, share, d, to_section,
+                halves[:0], half_start, half_radius, True,
+            )  # fmt: skip
+    for part in range(2):
+        share = (1.0 - given.randomness) * (minding if part == 0 else 1.0 - minding)
+        choices = behaviour.concerned if part == 0 else behaviour.undisturbed
+        if share == 0.0:
+            continue
+        if part == 1 and behaviour.tables.size > 0:
+            push_separable(
+                field, section, box, centre, behaviour.tables, behaviour.used, given.middle, share, d, to_section,
+                halves, half_start, half_radius,
+            )  # fmt: skip
+        elif choices.odds.size > 0:
+            push_odds(
+                field, section, box, centre, choices.odds, choices.offsets[k], choices.radii[k], moves, share, d,
+                to_section, halves, half_start, half_radius,
+            )  # fmt: skip
+        else:
+            push_choices(
+                field, section, box, centre, choices.masks, choices.words, choices.offsets[k], choices.radii[k], moves,
+                share, d, to_section, halves, half_start, half_radius, False,
+            )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def propagate(
     behaviour: Behaviour,
     given: Conditions,
     first: int,
     last: int,
-    touched: bool,
     weight: float,
     concerned: float,
     field: FloatArray,
-    lines: FloatArray,
-    occupancy: FloatArray,
+    scratch: FloatArray,
+    line: FloatArray,
+    lost: IntArray,
+    blocks: FloatArray,
     contact: FloatArray,
-    halves: FloatArray,
     actions: FloatArray,
-) -> bool:
+) -> None:
     """Push one hypothesis from instant `first` to `last` and add it to the results.
+
+    What has touched the robot is pushed along as well, as "lost" mass, in the box where there is any: it is little and
+    near the robot, and what is not lost is the rest.
 
     Args:
         behaviour: of the hypothesis.
         given: the same for all hypotheses.
         first: 0, or where the last call stopped; the mass is then taken from `field`.
         last: k of the last step.
-        touched: what the last call returned; False at first.
         weight: of the hypothesis; the mass starts with it.
         concerned: share of the deliberate part that follows the concerned policy: 0, 1, or P(β=1) if awareness is
             resampled.
-        field: (4·rows + mid-step rows, C): free mass at even and odd instants, living mass likewise, mid-steps.
-        lines: (≥ 4, C) scratch.
-        occupancy: ((N+1)·rows, C), added to; or size 0.
+        field: (4·rows, C): mass at even and odd instants, lost mass likewise.
+        scratch: (2, ·) for `push_evenly`.
+        line: likewise.
+        lost: (6,) box of lost mass, kept for the next call.
+        blocks: flat mass at half instants, added to; or size 0.
         contact: (N,) first-passage probability, added to.
-        halves: flat masses at half instants, the odd ones of which are added to; or size 0.
         actions: (n,) written at the first step: P(u | x; goal, β) at the anchor (Eq. 4); or size 0.
-
-    Returns:
-        whether some mass has touched the robot: living mass is then kept apart.
     """
     d, reach, centre = given.dimension, given.reach, given.centre
     c0, c1 = axis_radius(centre, d)
     rows = (2 * c0 + 1) * row_count(centre, d)
-    anchor = c0 * row_count(centre, d) + c1
-    half = 4 * rows if halves.size > 0 else -1
+    halves = blocks if given.midway else blocks[:0]
+    moves = list_moves(behaviour.mixture, d)
+    plain = list_moves(given.same, d)
+    here_box, box, lost_to = np.zeros(6, np.int64), np.zeros(6, np.int64), np.empty(6, np.int64)
     if first == 0:
-        clear_rows(field, 0, 0, centre, d, 1)
-        field[anchor, centre] = weight
-        if occupancy.size > 0:
-            occupancy[anchor, centre] += weight
+        field[c0 * row_count(centre, d) + c1, centre] = weight
+        lost[:] = 0
+        lost[1] = -1
+        if blocks.size > 0:
+            blocks[0] += weight
     for k in range(first, last):
         here, there = k % 2 * rows, (k + 1) % 2 * rows
-        box = reach * (k + 1)
-        clear_rows(field, there, box, centre, d, 1)
-        if touched:
-            clear_rows(field, 2 * rows + there, box, centre, d, 1)
-        if half >= 0:
-            clear_rows(field, half, 2 * box - reach, given.half_centre, d, 2)
-        minding = concerned if behaviour.differs[k] else 0.0
-        for part in range(4):
-            share = 1.0 - given.randomness
-            tables, used, choices, mixture = behaviour.tables, behaviour.used, behaviour.concerned, behaviour.mixture
-            if part == 0:
-                share *= minding
-            if part == 1 or part == 2:
-                share *= 1.0 - minding
-                choices = behaviour.undisturbed
-            if part == 3:
-                share, choices, mixture = given.randomness, given.admissible, given.same
-                tables, used = given.uniform, given.all_used
-            by_tables = part >= 2 and tables.size > 0
-            by_choices = part == 0 or (part == 1 and behaviour.tables.size == 0) or (part == 3 and tables.size == 0)
-            if share == 0.0:
-                continue
-            living, to_living = 2 * rows + here, 2 * rows + there if touched else -1
-            if by_choices and choices.odds.size > 0:
-                push_odds(
-                    field, here, living, reach * k, centre, choices.odds, choices.offsets[k], choices.radii[k], mixture,
-                    share, d, there, to_living, half, given.half_centre,
-                )  # fmt: skip
-            elif by_choices:
-                push_choices(
-                    field, here, living, reach * k, centre, choices.masks, choices.words, choices.offsets[k],
-                    choices.radii[k], mixture, share, d, there, to_living, half, given.half_centre,
-                )  # fmt: skip
-            for kind in range(3 if by_tables else 0):
-                source, target, target_centre, factor = here, there, centre, 1
-                if kind == 1:
-                    source, target = 2 * rows + here, 2 * rows + there
-                if kind == 2:
-                    target, target_centre, factor = half, given.half_centre, 2
-                if (kind == 1 and not touched) or target < 0:
-                    continue
-                push_separable(
-                    field, source, reach * k, centre, tables, used, given.middle, share, d, factor, target,
-                    target_centre, lines,
-                )  # fmt: skip
+        set_box(here_box, reach * k, d)
+        set_box(box, reach * (k + 1), d)
+        place_moves(moves, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
+        place_moves(plain, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
+        clear_box(field, there, box, centre, d)
+        _step(behaviour, given, moves, plain, k, here_box, concerned, field, here, there, halves, scratch, line)
         if k == 0 and actions.size > 0:
             _read_actions(field, there, centre, reach, d, weight, actions)
-        if occupancy.size > 0:
-            add_box(field, there, box, centre, d, occupancy, (k + 1) * rows)
-        if half >= 0:
-            add_planes(field, half, given.half_centre, 2 * box - reach, d, halves, given.offsets[2 * k + 1])
+        if blocks.size > 0:
+            add_block(field, there, box, centre, d, blocks, given.offsets[2 * k + 2])
         if given.boxes.size == 0:
             continue
-        if not touched:
-            clear_rows(field, 2 * rows + there, box, centre, d, 1)
-            add_box(field, there, box, centre, d, field, 2 * rows + there)
-        removed = remove_contact(field, 2 * rows + there, centre, d, given.boxes, given.shares, k + 1)
-        contact[k] += removed
-        touched = touched or removed > 0.0
-    return touched
+        if not cover(lost, reach, d, given.boxes[k + 1], lost_to):
+            continue
+        clear_box(field, 2 * rows + there, lost_to, centre, d)
+        if lost[0] <= lost[1]:
+            _step(
+                behaviour, given, moves, plain, k, lost, concerned, field, 2 * rows + here, 2 * rows + there,
+                halves[:0], scratch, line,
+            )  # fmt: skip
+        contact[k] += remove_contact(field, there, 2 * rows + there, centre, d, given.boxes, given.shares, k + 1)
+        lost[:] = lost_to

@@ -1,4 +1,4 @@
-"""Sections of the field of masses (see `push`): cleared, read out, and freed of what touches the robot."""
+"""Boxes of the field of masses (see `push`): cleared, read out, and what of them touches the robot."""
 
 from __future__ import annotations
 
@@ -11,62 +11,55 @@ from sidestep.types import FloatArray, IntArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def row_span(field: FloatArray, row: int, start: int, stop: int) -> tuple[int, int]:
-    """First column with mass and one past the last within [start, stop); equal if there is none."""
-    while start < stop and field[row, start] == 0.0:
-        start += 1
-    while stop > start and field[row, stop - 1] == 0.0:
-        stop -= 1
-    return start, stop
+def set_box(box: IntArray, radius: int, dimension: int) -> None:
+    """Write the box of a radius around the anchor."""
+    r0, r1 = axis_radius(radius, dimension)
+    box[0], box[1], box[2], box[3], box[4], box[5] = -r0, r0, -r1, r1, -radius, radius
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_box(
-    field: FloatArray, section: int, radius: int, centre: int, dimension: int, target: FloatArray, to_row: int
+def cover(box: IntArray, reach: int, dimension: int, other: IntArray, out: IntArray) -> bool:
+    """Write the box that holds `box`, grown by `reach`, and `other`, either of which may be empty; False: both are."""
+    r0, r1 = axis_radius(reach, dimension)
+    some = box[0] <= box[1]
+    more = other[0] <= other[1] and other[2] <= other[3] and other[4] <= other[5]
+    for axis in range(3):
+        wide = r0 if axis == 0 else r1 if axis == 1 else reach
+        low, high = box[2 * axis] - wide, box[2 * axis + 1] + wide
+        if more:
+            low = min(low, other[2 * axis]) if some else other[2 * axis]
+            high = max(high, other[2 * axis + 1]) if some else other[2 * axis + 1]
+        out[2 * axis], out[2 * axis + 1] = low, high
+    return some or more
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_block(
+    field: FloatArray, section: int, box: IntArray, centre: int, dimension: int, flat: FloatArray, start: int
 ) -> None:
-    """Add a section's box to rows of `target` that have the section's layout, from `to_row` on."""
+    """Add a box of a section to the dense block of the same box that begins at flat[start]."""
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    for i0 in range(c0 - b0, c0 + b0 + 1):
-        for i1 in range(c1 - b1, c1 + b1 + 1):
-            i, o = np.uintp(section + i0 * rows + i1), np.uintp(to_row + i0 * rows + i1)
-            for c in range(np.uintp(centre - radius), np.uintp(centre + radius + 1)):
-                target[o, c] += field[i, c]
+    n, from_, to = np.uintp(box[5] - box[4] + 1), np.uintp(centre + box[4]), np.uintp(start)
+    for i0 in range(c0 + box[0], c0 + box[1] + 1):
+        for i1 in range(c1 + box[2], c1 + box[3] + 1):
+            i = np.uintp(section + i0 * rows + i1)
+            for c in range(n):
+                flat[to + c] += field[i, from_ + c]
+            to += n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_planes(
-    field: FloatArray, section: int, half_centre: int, radius: int, dimension: int, flat: FloatArray, start: int
-) -> None:
-    """Add the mid-steps of a section to the dense array of `radius` that begins at flat[start]."""
-    rows = row_count(half_centre, dimension)
-    c0, c1 = axis_radius(half_centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    width, first = 2 * radius + 1, half_centre - radius
-    two = np.uintp(2)
-    for i0 in range(2 * b0 + 1):
-        for i1 in range(2 * b1 + 1):
-            row = section + 2 * ((c0 - b0 + i0) * rows + c1 - b1 + i1)
-            at = start + (i0 * (2 * b1 + 1) + i1) * width
-            for skip in range(min(2, width)):
-                plane, column = np.uintp(row + (first + skip) % 2), np.uintp((first + skip) // 2)
-                to = np.uintp(at + skip)
-                for c in range(np.uintp((width - skip + 1) // 2)):
-                    flat[to + two * c] += field[plane, column + c]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def clear_rows(field: FloatArray, section: int, radius: int, centre: int, dimension: int, planes: int) -> None:
-    """Set the rows of a section's box to 0 over their whole length."""
+def clear_box(field: FloatArray, section: int, box: IntArray, centre: int, dimension: int) -> None:
+    """Set a box of a section to 0."""
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    for i0 in range(c0 - b0, c0 + b0 + 1):
-        first = section + (i0 * rows + c1 - b1) * planes
-        for i in range(np.uintp(first), np.uintp(first + (2 * b1 + 1) * planes)):
-            for c in range(np.uintp(field.shape[1])):
-                field[i, c] = 0.0
+    n, from_ = np.uintp(box[5] - box[4] + 1), np.uintp(centre + box[4])
+    for i0 in range(c0 + box[0], c0 + box[1] + 1):
+        for i1 in range(c1 + box[2], c1 + box[3] + 1):
+            i = np.uintp(section + i0 * rows + i1)
+            for c in range(n):
+                field[i, from_ + c] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -122,20 +115,38 @@ def contact_shares(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def remove_contact(
-    field: FloatArray, section: int, centre: int, dimension: int, boxes: IntArray, shares: FloatArray, k: int
+    field: FloatArray,
+    section: int,
+    lost: int,
+    centre: int,
+    dimension: int,
+    boxes: IntArray,
+    shares: FloatArray,
+    k: int,
 ) -> float:
-    """Take out of a section what touches the robot at instant k, by `contact_shares`; returns how much that is."""
+    """Add to the lost mass what touches the robot at instant k of what is not lost; returns how much that is.
+
+    Args:
+        field: all mass.
+        section: mass whether lost or not.
+        lost: section of what is lost.
+        centre: index of the anchor.
+        dimension: d.
+        boxes: (N+1, 7) and
+        shares: of `contact_shares`.
+        k: instant.
+    """
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
-    at, width = boxes[k, 6], boxes[k, 5] - boxes[k, 4] + 1
+    at, n, from_ = np.uintp(boxes[k, 6]), boxes[k, 5] - boxes[k, 4] + 1, np.uintp(centre + boxes[k, 4])
     removed = 0.0
     for i0 in range(boxes[k, 0], boxes[k, 1] + 1):
-        for i1 in range(boxes[k, 2], boxes[k, 3] + 1):
-            row, column, first = section + (c0 + i0) * rows + c1 + i1, centre + boxes[k, 4], at
-            lo, hi = row_span(field, row, column, column + max(width, 0))
-            for c in range(lo, hi):
-                touching = field[row, c] * shares[first + c - column]
-                field[row, c] -= touching
+        for i1 in range(boxes[k, 2], boxes[k, 3] + 1 if n > 0 else boxes[k, 2]):
+            row = (c0 + i0) * rows + c1 + i1
+            i, o = np.uintp(section + row), np.uintp(lost + row)
+            for c in range(np.uintp(n)):
+                touching = max(field[i, from_ + c] - field[o, from_ + c], 0.0) * shares[at + c]
+                field[o, from_ + c] += touching
                 removed += touching
-            at += max(width, 0)
+            at += np.uintp(n)
     return removed

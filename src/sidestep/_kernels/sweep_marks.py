@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from sidestep._kernels.sweep import Values, axis_radius, row_count
 from sidestep.types import IntArray
@@ -69,7 +70,7 @@ def _any_within(values: Values, row: int, tap: float, start: int, width: int, li
 
 @njit(cache=True, nogil=True)
 def _mark_group(
-    cost: Values, row: int, aside: float, start: int, width: int, taps: Values, limits: Values, groups: IntArray,
+    cost: Values, row: int, aside: float, start: int, width: int, taps: Values, limits: Values, groups: NDArray[np.int32],
     masks: IntArray, action: int, column: int,
 ) -> None:  # fmt: skip
     """Set the bits of the actions `action` + u within their limits, u the component along the last axis."""
@@ -101,7 +102,7 @@ def mark_box(
     along: Values,
     across: Values,
     limits: Values,
-    groups: IntArray,
+    groups: NDArray[np.int32],
     masks: IntArray,
     column: int,
 ) -> None:

@@ -16,37 +16,46 @@ prediction.contact                         # (N,)
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from sidestep._kernels.blocks import put_steps
+from sidestep._kernels.blocks import take_steps
 from sidestep.errors import InvalidInput
 from sidestep.human.actions import ActionSet
-from sidestep.human.cost import row_shape
 from sidestep.human.goals import Goal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice, heading_rotation
 from sidestep.prediction.propagation import Removal, Results, Scene, Workspace
 from sidestep.types import BoolArray, FloatArray, IntArray, VectorLike
 
+UNFOLLOWED = 1e-9
+"""Hypotheses that weigh at most this together are not pushed; no probability is off by more."""
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+
 class Occupancy:
     """Probability over cells at k = 0..N.
 
-    Attributes:
+    Args:
         lattice: the cells; radius reach·N.
-        probability: (N+1, cells…), each instant sums to 1.
+        probability: (N+1, cells…), each instant sums to 1; or what lays that out when it is asked for.
         time_step: s, between the instants.
     """
 
-    lattice: Lattice
-    probability: FloatArray
-    time_step: float
+    def __init__(
+        self, *, lattice: Lattice, probability: FloatArray | Callable[[], FloatArray], time_step: float
+    ) -> None:
+        self.lattice = lattice
+        self.time_step = time_step
+        self._given = probability
+
+    @cached_property
+    def probability(self) -> FloatArray:
+        """(N+1, cells…), each instant sums to 1."""
+        return self._given() if callable(self._given) else self._given
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -169,48 +178,65 @@ def predict(
         raise InvalidInput("weights", joint.shape, f"({len(goals)}, 2)")
     scene = Scene.of(
         model, lattice, goals, robot_path, horizon, time_step, removal, free, workspace or Workspace(), dtype,
-        randomness, others,
+        randomness, others, midway,
     )  # fmt: skip
     d, reach = lattice.dimension, model.reach
-    rows, width = row_shape(2 * reach * horizon + 1, d)
     persistent = model.awareness_over_horizon == "persistent"
-    offsets = scene.offsets(midway)
-    blocks = np.zeros(int(offsets[-1]))
-    results = Results(
-        occupancy=np.zeros(((horizon + 1) * rows, width)),
-        contact=np.zeros(horizon),
-        midway=blocks if midway else blocks[:0],
-    )
-    kept = np.zeros((len(goals), 2, (horizon + 1) * rows, width)) if keep_hypotheses and persistent else None
+    results = Results(blocks=np.zeros(int(scene.offsets[-1])), contact=np.zeros(horizon))
+    kept = np.zeros((len(goals), 2, results.blocks.size)) if keep_hypotheses and persistent else None
+    joint = joint if keep_hypotheses else _worth_following(joint)
     first = np.empty((len(goals), 2, (2 * reach + 1) ** d))
     for g in range(len(goals)):
         if kept is None and (scene.unmoved(g) or not persistent):
             _push_together(scene, g, joint[g], results, first[g])
             continue
         for beta in (1, 0):  # what the concerned do is swept first; it covers what the others need
-            target = results if kept is None else replace(results, occupancy=kept[g, beta])
+            target = results if kept is None else replace(results, blocks=kept[g, beta])
             if persistent and joint[g, beta] > 0:
                 scene.push(g, float(joint[g, beta]), float(beta), target, first[g, beta])
             else:
                 scene.first_actions(g, float(beta), first[g, beta])
     if kept is not None:
-        results.occupancy[:] = kept.sum(axis=(0, 1))
-    cells = (horizon + 1, *(width,) * d)
-    put_steps(results.occupancy.reshape(horizon + 1, rows, width), d, offsets, scene.radii, blocks)
+        results.blocks[:] = kept.sum(axis=(0, 1))
+    if midway:
+        scene.add_midway(results.blocks)
+    shape = (horizon + 1, *(2 * reach * horizon + 1,) * d)
     return Prediction(
         occupancy=Occupancy(
             lattice=lattice.with_radius(reach * horizon),
-            probability=_read_only(results.occupancy.reshape(cells)),
+            probability=partial(_laid_out, _read_only(results.blocks), scene.offsets, scene.radii, shape),
             time_step=time_step,
         ),
         action_probabilities=_read_only(first),
         velocities=_read_only(action_velocities(model, lattice, time_step)),
         contact=_read_only(results.contact),
-        blocks=_read_only(blocks),
-        offsets=offsets,
+        blocks=results.blocks,
+        offsets=scene.offsets,
         radii=scene.radii,
-        hypotheses=None if kept is None else _read_only(kept.reshape(len(goals), 2, *cells)),
+        hypotheses=None if kept is None else _each(kept, scene.offsets, scene.radii, shape),
     )
+
+
+def _worth_following(joint: FloatArray) -> FloatArray:
+    """Return the weights without those that sum to at most `UNFOLLOWED`; the others make up for them."""
+    small = joint <= UNFOLLOWED / joint.size
+    if not joint[small].any():
+        return joint
+    kept = np.where(small, 0.0, joint)
+    return kept * (joint.sum() / kept.sum())
+
+
+def _laid_out(blocks: FloatArray, offsets: IntArray, radii: IntArray, shape: tuple[int, ...]) -> FloatArray:
+    """(N+1, cells…) the mass at whole instants."""
+    steps = np.zeros(shape)
+    take_steps(blocks, offsets, radii, len(shape) - 1, steps.reshape(shape[0], -1, shape[-1]))
+    return _read_only(steps)
+
+
+def _each(kept: FloatArray, offsets: IntArray, radii: IntArray, shape: tuple[int, ...]) -> FloatArray:
+    """(G, 2, N+1, cells…) of (G, 2, ·) blocks."""
+    parts = [_laid_out(blocks, offsets, radii, shape) for pair in kept for blocks in pair]
+    return _read_only(np.stack(parts).reshape(*kept.shape[:2], *shape))
 
 
 def _push_together(scene: Scene, goal: int, weights: FloatArray, results: Results, first: FloatArray) -> None:

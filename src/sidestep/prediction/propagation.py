@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sidestep._kernels.push_evenly import add_midway
 from sidestep._kernels.push_horizon import Behaviour, Conditions, propagate
 from sidestep._kernels.push_sections import contact_shares
 from sidestep._kernels.risk_profile import blob_table, profiles
@@ -54,11 +55,10 @@ class Removal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Results:
-    """What hypotheses add to: occupancy ((N+1)·rows, C), contact (N,), mid-steps among flat blocks (or size 0)."""
+    """What hypotheses add to: flat blocks of mass (or size 0) and contact (N,)."""
 
-    occupancy: FloatArray
+    blocks: FloatArray
     contact: FloatArray
-    midway: FloatArray
 
 
 class Workspace:
@@ -88,16 +88,16 @@ class Workspace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constants:
-    """What depends on sizes alone: scratch (the field of masses, its lines, contact shares) and constants.
+    """What depends on sizes alone: scratch (see `propagate`; contact shares) and constants.
 
     The mass at half instants 0..2N makes up blocks, flat, of `radii` cells from the anchor; they begin at `offsets`,
     or at `step_offsets` where those of mid-steps are empty.
     """
 
     field: FloatArray
-    lines: FloatArray
-    uniform: FloatArray
-    all_used: FloatArray
+    scratch: FloatArray
+    line: FloatArray
+    lost: IntArray
     same: FloatArray
     shares: FloatArray
     offsets: IntArray
@@ -108,15 +108,16 @@ class Constants:
 
 def _constants(reach: int, horizon: int, dimension: int) -> Constants:
     rows, columns = row_shape(2 * reach * horizon + 1, dimension)
-    half_rows = 2 * row_shape(4 * reach * horizon - 2 * reach + 1, dimension)[0]
+    few, wide = 2 * reach * (horizon - 1) + 1, 2 * reach * (2 * horizon - 1) + 1
+    room = max(rows * columns, few ** min(dimension - 1, 1) * wide ** max(dimension - 1, 1))
     count = 2 * reach + 1
     radii = [reach * (b if b % 2 else b // 2) for b in range(2 * horizon + 1)]
     sizes = [(2 * r + 1) ** dimension for r in radii]
     return Constants(
-        field=np.zeros((4 * rows + half_rows, columns + 1)),
-        lines=np.zeros((4, columns + 1)),
-        uniform=np.full((3 * count, 2 * reach * (horizon - 1) + 1), 1.0 / count),
-        all_used=np.ones(3 * count),
+        field=np.zeros((4 * rows, columns)),
+        scratch=np.zeros((2, room)),
+        line=np.zeros(columns + 4 * reach),
+        lost=np.zeros(6, np.int64),
         same=np.repeat(np.eye(count)[None], 3, axis=0),
         shares=np.empty(sum((2 * reach * k + 1) ** dimension for k in range(1, horizon + 1))),
         offsets=np.cumsum(np.array([0, *sizes]), dtype=np.int64),
@@ -163,6 +164,7 @@ class Scene:
         dtype: type[np.float32] | type[np.float64] | None,
         randomness: float | None = None,
         others: FloatArray | None = None,
+        midway: bool = False,
     ) -> Scene:
         """Lay out everything; arguments as for `predict`."""
         steps, lead = look_ahead(model, horizon)
@@ -187,12 +189,13 @@ class Scene:
         constants = space.constants(reach, horizon, d)
         policies = [policy_of(model, goal, grid, danger, walls, reach * (horizon - 1)) for goal in goals]
         random = model.randomness if randomness is None else randomness
-        given = _conditions(random, grid, danger.path, horizon, removal, walls, constants)
+        given = _conditions(random, grid, danger.path, horizon, removal, walls, midway, constants)
         return cls(policies, given, space, constants, horizon, lead)
 
-    def offsets(self, midway: bool) -> IntArray:
-        """(2N+2,) where the blocks at half instants begin; those of mid-steps are empty unless `midway`."""
-        return self._constants.offsets if midway else self._constants.step_offsets
+    @property
+    def offsets(self) -> IntArray:
+        """(2N+2,) where the blocks at half instants begin; those of mid-steps are empty unless they are wanted."""
+        return self.given.offsets
 
     @property
     def radii(self) -> IntArray:
@@ -203,9 +206,16 @@ class Scene:
         self, goal: int, weight: float, concerned: float, results: Results, actions: FloatArray | None = None
     ) -> None:
         """Add one hypothesis to the results, as many policies at a time as fit; `actions`: see `propagate`."""
-        touched = False
         for first, last in self._stretches(self._policies[goal]):
-            touched = self._propagate(goal, first, last, touched, weight, concerned, results, actions)
+            self._propagate(goal, first, last, weight, concerned, results, actions)
+
+    def add_midway(self, blocks: FloatArray) -> None:
+        """Add to the mid-steps, once all hypotheses are in, what moves at random."""
+        given, own = self.given, self._constants
+        add_midway(
+            blocks, given.offsets, given.reach, given.dimension, given.randomness, given.admissible.masks, given.middle,
+            own.scratch, own.line,
+        )  # fmt: skip
 
     def unmoved(self, goal: int) -> bool:
         """Whether the robot provably changes nothing that a person with this goal does."""
@@ -213,23 +223,23 @@ class Scene:
 
     def first_actions(self, goal: int, beta: float, actions: FloatArray) -> None:
         """Write P(u | x; goal, β) at the anchor now into `actions` (n,)."""
-        nowhere = Results(occupancy=np.zeros((0, 0)), contact=np.zeros(1), midway=np.zeros(0))
-        self._propagate(goal, 0, 1, False, 1.0, beta, nowhere, actions)
+        nowhere = Results(blocks=np.zeros(0), contact=np.zeros(1))
+        self._propagate(goal, 0, 1, 1.0, beta, nowhere, actions)
 
     def _propagate(
         self,
         goal: int,
         first: int,
         last: int,
-        touched: bool,
         weight: float,
         concerned: float,
         results: Results,
         actions: FloatArray | None,
-    ) -> bool:
-        return propagate(
-            self._behave(goal, first, last, concerned > 0), self.given, first, last, touched, weight, concerned,
-            self._constants.field, self._constants.lines, results.occupancy, results.contact, results.midway,
+    ) -> None:
+        own = self._constants
+        propagate(
+            self._behave(goal, first, last, concerned > 0), self.given, first, last, weight, concerned, own.field,
+            own.scratch, own.line, own.lost, results.blocks, results.contact,
             np.zeros(0) if actions is None else actions,
         )  # fmt: skip
 
@@ -242,7 +252,7 @@ class Scene:
                 policy.actions.mixture,
                 policy.tables,
                 policy.used,
-                self._undisturbed(goal),
+                self._undisturbed(goal, self.given.reach * (last - 1)),
                 self._concerned(policy, first, last) if minding else self._constants.nobody,
                 policy.differs,
             )
@@ -262,11 +272,11 @@ class Scene:
         policy.sweep(True, first, last, self._lead, policy.differs, self._space.values(policy.grid), choices)
         return choices
 
-    def _undisturbed(self, goal: int) -> Choices:
-        policy, radius = self._policies[goal], self.given.middle
+    def _undisturbed(self, goal: int, radius: int) -> Choices:
+        policy = self._policies[goal]
         if policy.tables.size > 0:
             return self._constants.nobody
-        if self._calm is not None and self._calm[0] == goal:
+        if self._calm is not None and self._calm[0] == goal and self._calm[1].radii[0] >= radius:
             return self._calm[1]
         one = self._room("undisturbed", policy, [radius], 0, 1)
         policy.sweep(False, 0, 1, 0, np.ones(1, np.bool_), self._space.values(policy.grid), one)
@@ -302,6 +312,7 @@ def _conditions(
     horizon: int,
     removal: Removal | None,
     walls: BoolArray | None,
+    midway: bool,
     constants: Constants,
 ) -> Conditions:
     reach = grid.reach
@@ -317,16 +328,14 @@ def _conditions(
         dimension=grid.dimension,
         reach=reach,
         randomness=float(randomness),
-        uniform=constants.uniform if walls is None else constants.uniform[:0],
         admissible=constants.nobody if walls is None else admissible_actions(grid, walls, horizon),
-        all_used=constants.all_used,
         same=constants.same,
         centre=reach * horizon,
         middle=middle,
-        half_centre=2 * middle + reach,
         boxes=boxes,
         shares=constants.shares,
-        offsets=constants.offsets,
+        offsets=constants.offsets if midway else constants.step_offsets,
+        midway=midway,
     )
 
 
