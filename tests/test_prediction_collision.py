@@ -117,7 +117,9 @@ def test_rasters_hold_the_raster_of_every_half_instant():
         part = whole.values[whole.starts[b] : whole.starts[b + 1]]
         assert part == pytest.approx(people.raster(b, np.zeros(2), 0.125, radius).ravel(), abs=1e-6)
         assert whole.some[b] == (part.max() > 0)
-    assert not field(person(horizon=3, position=(50.0, 0.0))).rasters(np.zeros(2), 0.125, all_in_reach(3, 4, 2)).some.any()
+    assert (
+        not field(person(horizon=3, position=(50.0, 0.0))).rasters(np.zeros(2), 0.125, all_in_reach(3, 4, 2)).some.any()
+    )
 
 
 @given(place=PLACES, block=st.integers(1, 6), small=st.floats(0.1, 1.0), more=st.floats(0.0, 0.5), spread=st.booleans())
@@ -211,8 +213,24 @@ def test_kernels_without_compilation_agree():
         assert a == pytest.approx(b)
     table = risk_profile.blob_table(2)
     samples, grids = risk_profile.profiles(0.6, someone.weights, someone.sigmas, table)
-    near = risk.mass_near(points, instants, *arguments, samples, grids)
-    assert risk.mass_near.py_func(points, instants, *arguments, samples, grids) == pytest.approx(near)
+    near = risk.mass_near(points, instants, *arguments, *someone.spans, samples, grids)
+    assert risk.mass_near.py_func(points, instants, *arguments, *someone.spans, samples, grids) == pytest.approx(near)
+    where = someone.flat, someone.offsets, someone.radii, np.array([0, 1, 1])
+    for a, b in zip(risk.row_spans(*where, 1e-4), risk.row_spans.py_func(*where, 1e-4), strict=True):
+        assert a == pytest.approx(b)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1e-6, 1e-2])
+def test_spans_hold_all_but_the_tolerance_and_what_they_leave_out_is_told(tolerance):
+    someone = person(horizon=4, position=(0.5, 0.2), straight=0.6)
+    spans, starts, outside = risk.row_spans(someone.flat, someone.offsets, someone.radii, someone.frame[2], tolerance)
+    assert (outside <= tolerance + 1e-12).all()
+    for b, r in enumerate(someone.radii):
+        rows = someone.flat[someone.offsets[b] : someone.offsets[b + 1]].reshape(-1, 2 * r + 1)
+        inside = sum(
+            row[r + left : r + right].sum() for row, (left, right) in zip(rows, spans[starts[b] :], strict=False)
+        )
+        assert inside + outside[b] == pytest.approx(rows.sum(), abs=1e-12)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])

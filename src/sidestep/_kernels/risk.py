@@ -80,19 +80,6 @@ def mass_within(
 
 
 @njit(cache=True)
-def _ends(flat: FloatArray, start: int, stop: int, slack: float) -> tuple[int, int, float]:
-    """Part of a row without ends that weigh at most `slack` together, and what they weigh."""
-    outside = 0.0
-    while start < stop and outside + flat[start] <= slack:
-        outside += flat[start]
-        start += 1
-    while stop > start and outside + flat[stop - 1] <= slack:
-        outside += flat[stop - 1]
-        stop -= 1
-    return start, stop, outside
-
-
-@njit(cache=True)
 def mass_near(
     points: FloatArray,
     instants: IntArray,
@@ -103,12 +90,16 @@ def mass_near(
     origin: FloatArray,
     rotation: FloatArray,
     active: IntArray,
+    spans: IntArray,
+    span_starts: IntArray,
+    outside: FloatArray,
     samples: FloatArray,
     grids: FloatArray,
 ) -> FloatArray:
     """Sum, for every point, Σ_x mass(x)·F(‖point − x‖) with the tabulated F of the block.
 
-    The ends of rows that weigh next to nothing are counted as if they were near; `EXACT` says how much that may be.
+    What lies outside the spans of a block that F reaches is counted as if it were near; `EXACT` says how much that may
+    be.
 
     Args:
         points: (M, 3) m, world.
@@ -120,6 +111,9 @@ def mass_near(
         origin: (3,) m.
         rotation: (3, 3).
         active: (3,).
+        spans: as `row_spans` returns them, and so are the next two.
+        span_starts: (B + 1,).
+        outside: (B,).
         samples: (B, ·) of F.
         grids: (B, 4), see `profile_value`.
 
@@ -142,26 +136,32 @@ def mass_near(
         radius, scale, first, step = grids[block]
         far = first + step * last
         reach = (radius + scale * far / (1.0 - far)) / spacing
+        reached = True
         for a in range(3):
             local[a] = 0.0
             for b in range(3):
                 local[a] += rotation[b, a] * (points[m, b] - origin[b]) / spacing
             low[a] = max(-r * active[a], math.ceil(local[a] - reach))
             high[a] = min(r * active[a], math.floor(local[a] + reach))
-        w1, w2 = 2 * r * active[1] + 1, 2 * r * active[2] + 1
-        slack = EXACT / ((2 * r * active[0] + 1) * w1)
+            reached = reached and low[a] <= high[a]
+        if not reached:
+            continue
+        r0, r1, r2 = r * active[0], r * active[1], r * active[2]
         curve = samples[block]
-        total = 0.0
+        total = outside[block]
         for i in range(low[0], high[0] + 1):
             for j in range(low[1], high[1] + 1):
+                line = (i + r0) * (2 * r1 + 1) + j + r1
                 aside = (i - local[0]) ** 2 + (j - local[1]) ** 2
-                if aside > reach * reach:
+                left, right = spans[span_starts[block] + line, 0], spans[span_starts[block] + line, 1]
+                if left >= right or aside > reach * reach:
                     continue
-                row = offsets[block] + ((i + r * active[0]) * w1 + j + r * active[1]) * w2 + r * active[2]
-                left, right, outside = _ends(flat, row + low[2], row + high[2] + 1, slack)
-                total += outside
-                at, n = np.uintp(left), np.uintp(right - left)
-                start = left - row - local[2]
+                chord = math.sqrt(reach * reach - aside)
+                left, right = max(left, math.ceil(local[2] - chord)), min(right, math.floor(local[2] + chord) + 1)
+                if left >= right:
+                    continue
+                at = np.uintp(offsets[block] + line * (2 * r2 + 1) + r2 + left)
+                n, start = np.uintp(right - left), left - local[2]
                 for c in range(n):  # apart from the look-up below, so that it runs on whole registers
                     along = start + c
                     x = spacing * math.sqrt(aside + along * along) - radius
@@ -171,6 +171,47 @@ def mass_near(
                     total += flat[at + c] * (curve[q] + (place[c] - q) * (curve[q + 1] - curve[q]))
         out[m] = min(total, 1.0)
     return out
+
+
+@njit(cache=True)
+def row_spans(
+    flat: FloatArray, offsets: IntArray, radii: IntArray, active: IntArray, tolerance: float
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Where the mass lies in every row of every block.
+
+    Args:
+        flat: the mass, with the next three as in the module.
+        offsets: (B + 1,).
+        radii: (B,) cells.
+        active: (3,).
+        tolerance: probability that may lie outside the spans of a block.
+
+    Returns:
+        (rows, 2) first cell and one past the last, counted from the anchor's column (equal: none), (B + 1,) where the
+        rows of each block begin, and (B,) the probability outside.
+    """
+    blocks = radii.size
+    starts = np.zeros(blocks + 1, np.int64)
+    for b in range(blocks):
+        lines = (2 * radii[b] * active[0] + 1) * (2 * radii[b] * active[1] + 1)
+        starts[b + 1] = starts[b] + (lines if offsets[b + 1] > offsets[b] else 0)
+    spans = np.zeros((starts[blocks], 2), np.int64)
+    outside = np.zeros(blocks)
+    for b in range(blocks):
+        r = radii[b] * active[2]
+        cut = _cutoff(flat[offsets[b] : offsets[b + 1]], tolerance)
+        cut = max(cut, 1e-300)
+        for line in range(starts[b + 1] - starts[b]):
+            at = offsets[b] + line * (2 * r + 1)
+            left, right = at, at + 2 * r + 1
+            while left < right and flat[left] < cut:
+                outside[b] += flat[left]
+                left += 1
+            while right > left and flat[right - 1] < cut:
+                outside[b] += flat[right - 1]
+                right -= 1
+            spans[starts[b] + line, 0], spans[starts[b] + line, 1] = left - at - r, right - at - r
+    return spans, starts, outside
 
 
 @njit(cache=True)

@@ -153,9 +153,7 @@ def _unite(total: FloatArray, part: FloatArray) -> None:
 
 
 @njit(cache=True)
-def _refine(
-    coarse: FloatArray, coarse_low: IntArray, out: FloatArray | NDArray[np.float32], low: IntArray
-) -> None:
+def _refine(coarse: FloatArray, coarse_low: IntArray, out: FloatArray | NDArray[np.float32], low: IntArray) -> None:
     """Unite `out` with a lattice of twice the spacing, interpolated."""
     g0, g1, g2 = coarse_low[0], coarse_low[1], coarse_low[2]
     line = np.empty(coarse.shape[2])

@@ -227,7 +227,15 @@ class _Blurred:
     def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
         person = self.person
         return mass_near(
-            points, instants, person.flat, person.offsets, person.radii, person.spacings, *person.frame, *self.profile
+            points,
+            instants,
+            person.flat,
+            person.offsets,
+            person.radii,
+            person.spacings,
+            *person.frame,
+            *person.spans,
+            *self.profile,
         )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sidestep._kernels.risk import compact
+from sidestep._kernels.risk import EXACT, compact, row_spans
 from sidestep.lattice import Lattice
 from sidestep.types import FloatArray, IntArray
 
@@ -101,6 +101,11 @@ class PersonMass:
         s = np.full(self.radii.size, self.lattice.spacing)
         s[1::2] *= 0.5
         return s
+
+    @cached_property
+    def spans(self) -> tuple[IntArray, IntArray, FloatArray]:
+        """Where the mass lies in the rows of every block, all but `EXACT` of it; see `_kernels.risk.row_spans`."""
+        return row_spans(self.flat, self.offsets, self.radii, self.frame[2], EXACT)
 
     @cached_property
     def spread(self) -> bool:
