@@ -199,8 +199,7 @@ def row_spans(
     outside = np.zeros(blocks)
     for b in range(blocks):
         r = radii[b] * active[2]
-        cut = _cutoff(flat[offsets[b] : offsets[b + 1]], tolerance)
-        cut = max(cut, 1e-300)
+        cut = max(tolerance / max(offsets[b + 1] - offsets[b], 1), 1e-300)
         for line in range(starts[b + 1] - starts[b]):
             at = offsets[b] + line * (2 * r + 1)
             left, right = at, at + 2 * r + 1
