@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sidestep._kernels.path_costs import half_instants
 from sidestep._kernels.risk import mass_near, mass_within
 from sidestep._kernels.risk_profile import blob_table, profiles
-from sidestep._kernels.risk_raster import rasterise, rasterise_all
+from sidestep._kernels.risk_raster import rasterise_all
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
 from sidestep.types import FloatArray, IntArray, Path
 
@@ -99,14 +99,15 @@ class RiskField:
         """
         d = len(origin)
         active = active_axes(d)
-        w0, w1, w2 = (int(w) for w in 2 * radius * active + 1)
-        out = np.zeros((w0, w1, w2), dtype=np.float32)
-        if self.people:
-            clouds = self._clouds(0.0)
-            ends = np.zeros((w0, w1 + 1, w2))
-            place = embedded_point(np.asarray(origin, dtype=np.float64))
-            rasterise(*clouds, place, spacing, instant, -radius * active, active, blob_table(d), limit, ends, out)
-        return out.reshape((2 * radius + 1,) * d)
+        if not self.people:
+            return np.zeros((2 * radius + 1,) * d, dtype=np.float32)
+        low, size = np.zeros((self.blocks, 3), dtype=np.int64), np.ones((self.blocks, 3), dtype=np.int64)
+        low[instant], size[instant] = -radius * active, 2 * radius * active + 1
+        values, starts, _ = rasterise_all(
+            *self._clouds(0.0), embedded_point(np.asarray(origin, dtype=np.float64)), spacing, active, blob_table(d),
+            limit, True, low, size,
+        )  # fmt: skip
+        return values[starts[instant] : starts[instant + 1]].reshape((2 * radius + 1,) * d)
 
     def rasters(self, origin: FloatArray, spacing: float, boxes: Boxes, limit: float = 0.02) -> RiskRasters:
         """Return the probability at all places of a lattice that lie in the `boxes` of the half instants.
