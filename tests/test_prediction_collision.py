@@ -117,7 +117,9 @@ def test_rasters_hold_the_raster_of_every_half_instant():
         part = whole.values[whole.starts[b] : whole.starts[b + 1]]
         assert part == pytest.approx(people.raster(b, np.zeros(2), 0.125, radius).ravel(), abs=1e-6)
         assert whole.some[b] == (part.max() > 0)
-    assert not field(person(horizon=3, position=(50.0, 0.0))).rasters(np.zeros(2), 0.125, all_in_reach(3, 4, 2)).some.any()
+    assert (
+        not field(person(horizon=3, position=(50.0, 0.0))).rasters(np.zeros(2), 0.125, all_in_reach(3, 4, 2)).some.any()
+    )
 
 
 @given(place=PLACES, block=st.integers(1, 6), small=st.floats(0.1, 1.0), more=st.floats(0.0, 0.5), spread=st.booleans())

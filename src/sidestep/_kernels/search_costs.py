@@ -29,9 +29,7 @@ def row_at(i: int, j: int, k: int, low: IntArray, size: IntArray) -> int:
 
 
 @njit(cache=True)
-def grown(
-    low: IntArray, size: IntArray, before: int, after: int, active: IntArray
-) -> tuple[IntArray, IntArray]:
+def grown(low: IntArray, size: IntArray, before: int, after: int, active: IntArray) -> tuple[IntArray, IntArray]:
     """A box with more cells at its low and high ends (written out: array expressions take seconds to compile)."""
     first, count = np.empty(3, np.int64), np.empty(3, np.int64)
     for a in range(3):

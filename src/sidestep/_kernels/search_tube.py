@@ -276,9 +276,7 @@ def _enclose(
 
 
 @njit(cache=True)
-def boxes_between(
-    low: IntArray, size: IntArray, radius: int, active: IntArray, more: int
-) -> tuple[IntArray, IntArray]:
+def boxes_between(low: IntArray, size: IntArray, radius: int, active: IntArray, more: int) -> tuple[IntArray, IntArray]:
     """Boxes (2N + 1, 3) at the half instants: those of the steps, and what lies halfway between them.
 
     Args:

@@ -19,6 +19,7 @@ from sidestep._kernels.risk_raster import rasterise_all
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
 from sidestep.types import FloatArray, IntArray, Path
 
+Clouds = tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]
 Boxes = tuple[IntArray, IntArray]
 """Lowest cells and numbers of cells of boxes among three axes."""
 
@@ -125,8 +126,18 @@ class RiskField:
         )  # fmt: skip
         return RiskRasters(values=values, starts=starts, some=some, boxes=boxes)
 
-    def _clouds(self, tolerance: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]:
+    @cached_property
+    def _listed(self) -> dict[float, Clouds]:
+        """What `_clouds` has made, by tolerance: a search that looks again draws the same people."""
+        return {}
+
+    def _clouds(self, tolerance: float) -> Clouds:
         """Everybody's cells (·, 3) m, masses, starts (P, B+1), distances (P,), weights (P, C), sigmas (P, B, C)."""
+        if tolerance not in self._listed:
+            self._listed[tolerance] = self._clouds_anew(tolerance)
+        return self._listed[tolerance]
+
+    def _clouds_anew(self, tolerance: float) -> Clouds:
         listed = [p.cells(tolerance) for p in self.people]
         classes = max(1, max(0 if p.weights is None else len(p.weights) for p in self.people))
         weights = np.zeros((len(self.people), classes))
@@ -187,10 +198,14 @@ class RiskRasters:
         )
 
 
+@lru_cache(maxsize=64)
 def all_in_reach(horizon: int, radius: int, dimension: int) -> Boxes:
     """Return the boxes (2N+1, 3) of a robot that moves ≤ `radius` cells per axis and step, for `RiskField.rasters`."""
     half = ((radius * np.arange(2 * horizon + 1) + 1) // 2)[:, None] * active_axes(dimension)
-    return -half, 2 * half + 1
+    low, size = -half, 2 * half + 1
+    low.setflags(write=False)
+    size.setflags(write=False)
+    return low, size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
