@@ -104,8 +104,10 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
 
 def again(problem: PlanningProblem, maps: SearchMaps) -> SearchMaps:
     """The maps of another problem for one that differs in nothing but what risk costs, or the first step."""
-    changed = replace(maps, first=_first_costs(problem, maps.velocities))
-    return within(problem, changed, maps.slack)
+    first = _first_costs(problem, maps.velocities)
+    if np.array_equal(first, maps.first):
+        return maps
+    return within(problem, replace(maps, first=first), maps.slack)
 
 
 def first_slack(problem: PlanningProblem, maps: SearchMaps) -> float:
