@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import settings as options
 from hypothesis import strategies as st
+from numba import njit
 
 from alternatives import search as naive
 from made_masses import person, still_person
+from sidestep._kernels import min_plus, search_tube
 from sidestep._kernels import search as kernel
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import distance_to_goal
@@ -113,6 +115,89 @@ def test_search_finds_the_minimum_over_all_sequences(seed, case, walls, midway, 
     assert naive.sequence_cost(chosen, given_) == pytest.approx(best, rel=1e-5)
 
 
+def within_slack(arguments, slack):
+    """The search within the tube of motions that cost up to `slack` more than the cheapest without risk."""
+    horizon, radius, active, taps, effort, first, stage, terminal, blocked = arguments[:9]
+    to_go = search_tube.costs_to_go(horizon, radius, active, taps, effort, stage, terminal, blocked)
+    least, low, size = search_tube.tube(
+        horizon, radius, active, taps, effort, first, stage, blocked, *to_go, slack
+    )  # fmt: skip
+    whole, between = arguments[10], search_tube.boxes_between(low, size, radius, active, 0)
+    values, starts = [], np.zeros(2 * horizon + 2, dtype=np.int64)
+    for b in range(1, 2 * horizon + 1):
+        full = whole.values[whole.starts[b] : whole.starts[b + 1]].reshape(whole.size[b])
+        first_cell = between[0][b] - whole.low[b]
+        values.append(full[tuple(slice(i, i + n) for i, n in zip(first_cell, between[1][b], strict=True))].ravel())
+        starts[b + 1] = starts[b] + values[-1].size
+    cut = kernel.Seen(np.concatenate(values), starts, whole.some, *between)
+    return least, low, size, kernel.solve(*arguments[:10], cut, *arguments[11:15], low, size)
+
+
+@given(
+    seed=st.integers(0, 10**6),
+    case=st.sampled_from([(1, 6, 3, "box"), (2, 5, 2, "box"), (2, 5, 3, "disc"), (3, 3, 1, "box"), (3, 3, 2, "disc")]),
+    walls=st.booleans(),
+    separable=st.booleans(),
+    steep=st.sampled_from([np.inf, 50.0]),
+    slack=st.floats(0.0, 3.0),
+)
+@options(max_examples=60)
+def test_what_is_left_out_of_the_search_is_not_missed(seed, case, walls, separable, steep, slack):
+    d, horizon, radius, shape = case
+    _, arguments = made_case(seed, d, horizon, radius, shape, walls=walls, midway=True, steep=steep)
+    arguments = list(arguments)
+    places = np.stack(np.meshgrid(*[np.arange(n) - n // 2 for n in arguments[6].shape], indexing="ij"), axis=-1)
+    arguments[6] = arguments[6] / 6 + np.linalg.norm(places - [0, 4, -9], axis=-1).astype(np.float32)
+    if separable:
+        arguments[4] = 0.03 * np.square(arguments[3]).sum(axis=1).astype(np.float32)
+    least, low, size, (total, chosen) = within_slack(arguments, slack)
+    free = list(arguments)
+    free[10] = arguments[10]._replace(some=np.zeros(2 * horizon + 1, dtype=np.bool_))
+    free[9] = arguments[9][:0]
+    cheapest = kernel.solve(*free)[0]
+    assert least <= cheapest + 1e-4
+    if separable and shape == "box" and d < 3:
+        assert least == pytest.approx(cheapest, rel=1e-5)
+    exact, best = kernel.solve(*arguments)
+    assert total >= exact
+    if total <= least + slack or not np.isfinite(least):
+        assert total == exact
+        assert (chosen == best).all()
+    if exact <= least + slack and np.isfinite(exact):
+        assert total == exact
+        path = np.concatenate([np.zeros((1, 3), dtype=np.int64), arguments[3][best].cumsum(axis=0)])
+        assert ((low <= path) & (path < low + size)).all()
+
+
+@given(seed=st.integers(0, 10**6), count=st.integers(1, 40), taps=st.integers(1, 20))
+@options(max_examples=40)
+def test_minimum_over_taps_is_that_of_its_definition(seed, count, taps):
+    rng = np.random.default_rng(seed)
+    costs, table, other = (rng.random(n, dtype=np.float32) for n in (taps, 200, 200))
+    shifts, moves = rng.integers(0, 60, (2, taps))
+    known = rng.random(count, dtype=np.float32)
+    for two in (False, True):
+        out = np.concatenate([np.zeros(3), known, np.zeros(min_plus.WIDTH)]).astype(np.float32)
+        lowered(costs, table, shifts, other, moves, out, count, two)
+        expected = [
+            min([known[i]] + [
+                (costs[t] + other[7 + moves[t] + i] if two else costs[t]) + table[5 + shifts[t] + i]
+                for t in range(1, taps)
+            ])
+            for i in range(count)
+        ]  # fmt: skip
+        assert out[3 : 3 + count] == pytest.approx(expected, rel=1e-6)
+        assert (out[:3] == 0).all()
+
+
+@njit
+def lowered(costs, table, shifts, other, moves, out, count, two):
+    if two:
+        min_plus.lower_by_two(1, costs.size, costs, other, moves, 7, table, shifts, 5, out, 3, count)
+    else:
+        min_plus.lower(1, costs.size, costs, table, shifts, 5, out, 3, count)
+
+
 def test_search_is_the_same_without_compilation():
     for seed in range(3):
         _, arguments = made_case(seed, 2, 2, 1, "box", walls=True, midway=True, steep=50.0)
@@ -120,6 +205,13 @@ def test_search_is_the_same_without_compilation():
         plain = kernel.solve.py_func(*arguments)
         assert plain[0] == pytest.approx(compiled[0])
         assert (plain[1] == compiled[1]).all()
+        given_ = arguments[:9]
+        to_go = search_tube.costs_to_go(*given_[:5], *given_[6:])
+        plain = search_tube.costs_to_go.py_func(*given_[:5], *given_[6:])
+        assert plain[0][: plain[1][-1]] == pytest.approx(to_go[0][: to_go[1][-1]])
+        tube = [f(*given_[:7], given_[8], *to_go, 0.7) for f in (search_tube.tube, search_tube.tube.py_func)]
+        for one, other in zip(*tube, strict=True):
+            assert one == pytest.approx(other)
 
 
 def test_free_space_leads_straight_to_the_goal_and_stays_there():

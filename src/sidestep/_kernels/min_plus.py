@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from sidestep.types import IntArray
 
 WIDTH = 16
-"""Results at a time. Rows are read and written in whole multiples of it: what lies behind them must be there to be read,
-and is overwritten by numbers without meaning."""
+"""Results at a time. Rows are read and written in whole multiples of it: what lies behind them must be there to be
+read, and is overwritten by numbers without meaning."""
 _LINE = ir.VectorType(ir.FloatType(), WIDTH)
 
 

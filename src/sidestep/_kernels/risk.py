@@ -220,10 +220,14 @@ def _cutoff(block: FloatArray, tolerance: float) -> float:
         return 0.0
     weight = np.zeros(64)
     exponents = block.view(np.int64)
+    least = 1e-3 * tolerance / max(block.size, 1)  # most cells; they need no place among the others
+    dropped = 0.0
     for n in range(block.size):
+        if block[n] < least:
+            dropped += block[n]
+            continue
         e = 1022 - (exponents[n] >> 52)
         weight[min(max(e, 0), 63)] += block[n]
-    dropped = 0.0
     for e in range(63, -1, -1):
         dropped += weight[e]
         if dropped > tolerance:

@@ -12,15 +12,20 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sidestep._kernels.risk_profile import TAIL, add_class
+from sidestep._kernels.risk_profile import TAIL, add_class, blob
 from sidestep.types import FloatArray, IntArray
 
 LEVELS = 4
 """The robot's lattice itself, and three coarser ones."""
 WIDE = 0.7
 """A blob is summed on a lattice of spacing h if σ ≥ WIDE·h."""
-RINGS = 65
+RINGS = 49
 """Samples of a kernel along its radius."""
+FAR = 4.0
+"""σ beyond which less than `FAR_SHARE` of a blob reaches a ball."""
+FAR_SHARE = 3.2e-5
+LEAST = 0.01
+"""Part of the limit below which a blob is cut off."""
 
 
 @njit(cache=True)
@@ -41,7 +46,7 @@ def _kernel(
     for c in range(sigmas.size):
         if weights[c] > 0.0:
             widest = max(widest, sigmas[c])
-    reach = radius + TAIL * widest
+    reach = radius + (FAR if least > FAR_SHARE else TAIL) * widest
     rings = np.empty(RINGS)
     for n in range(RINGS):
         rings[n] = reach * n / (RINGS - 1)
@@ -70,20 +75,12 @@ def _kernel(
 
 @njit(cache=True)
 def _share_out(
-    cells: FloatArray,
-    masses: FloatArray,
-    origin: FloatArray,
-    h: float,
-    active: IntArray,
-    low: IntArray,
-    out: FloatArray,
+    places: FloatArray, masses: FloatArray, scale: float, active: IntArray, low: IntArray, out: FloatArray
 ) -> None:
     """Share every mass among the coarse cells around it, so that total and mean stay; what is off the box is lost."""
     w0, w1, w2 = out.shape
     for n in range(masses.size):
-        c0 = (cells[n, 0] - origin[0]) / h - low[0]
-        c1 = (cells[n, 1] - origin[1]) / h - low[1]
-        c2 = (cells[n, 2] - origin[2]) / h - low[2]
+        c0, c1, c2 = places[n, 0] * scale - low[0], places[n, 1] * scale - low[1], places[n, 2] * scale - low[2]
         i, j, k = math.floor(c0), math.floor(c1), math.floor(c2)
         if i < 0 or j < 0 or k < 0 or i + active[0] >= w0 or j + active[1] >= w1 or k + active[2] >= w2:
             continue
@@ -97,174 +94,148 @@ def _share_out(
 
 
 @njit(cache=True)
-def _coarser(fine: FloatArray, fine_low: IntArray, out: FloatArray, low: IntArray) -> None:
-    """Share the masses of one level among the cells of the next; what is off the box is lost."""
-    for i in range(fine.shape[0]):
-        x = i + fine_low[0]
-        for j in range(fine.shape[1]):
-            y = j + fine_low[1]
-            for k in range(fine.shape[2]):
-                mass = fine[i, j, k]
-                if mass == 0.0:
-                    continue
-                z = k + fine_low[2]
-                mass /= (1 + (x & 1)) * (1 + (y & 1)) * (1 + (z & 1))
-                for p in range(1 + (x & 1)):
-                    a = (x >> 1) + p - low[0]
-                    for q in range(1 + (y & 1)):
-                        b = (y >> 1) + q - low[1]
-                        for s in range(1 + (z & 1)):
-                            c = (z >> 1) + s - low[2]
-                            if 0 <= a < out.shape[0] and 0 <= b < out.shape[1] and 0 <= c < out.shape[2]:
-                                out[a, b, c] += mass
-
-
-@njit(cache=True)
-def _blur(source: FloatArray, source_low: IntArray, kernel: FloatArray, out: FloatArray, low: IntArray) -> None:
-    """Add source ⊗ kernel to `out`; the kernel is centred."""
+def _blur(
+    source: FloatArray, source_low: IntArray, kernel: FloatArray, out: FloatArray, low: IntArray, size: IntArray
+) -> None:
+    """Add source ⊗ kernel to `out` (flat, over the box `low`, `size`); the kernel is centred."""
     r0, r1, r2 = (kernel.shape[0] - 1) // 2, (kernel.shape[1] - 1) // 2, (kernel.shape[2] - 1) // 2
-    d0, d1, d2 = source_low[0] - low[0], source_low[1] - low[1], source_low[2] - low[2]
-    for i in range(max(0, -d0 - r0), min(source.shape[0], out.shape[0] - d0 + r0)):
-        for j in range(max(0, -d1 - r1), min(source.shape[1], out.shape[1] - d1 + r1)):
-            for k in range(max(0, -d2 - r2), min(source.shape[2], out.shape[2] - d2 + r2)):
+    for i in range(source.shape[0]):
+        x = i + source_low[0] - low[0]
+        for j in range(source.shape[1]):
+            y = j + source_low[1] - low[1]
+            for k in range(source.shape[2]):
                 mass = source[i, j, k]
                 if mass == 0.0:
                     continue
-                x, y, z = i + d0, j + d1, k + d2
-                first, last = max(0, z - r2), min(out.shape[2], z + r2 + 1)
-                for a in range(max(0, x - r0), min(out.shape[0], x + r0 + 1)):
-                    for b in range(max(0, y - r1), min(out.shape[1], y + r1 + 1)):
-                        row = out[a, b, first:last]
+                z = k + source_low[2] - low[2]
+                first, last = max(0, z - r2), min(size[2], z + r2 + 1)
+                if first >= last:
+                    continue
+                for a in range(max(0, x - r0), min(size[0], x + r0 + 1)):
+                    for b in range(max(0, y - r1), min(size[1], y + r1 + 1)):
+                        at = (a * size[1] + b) * size[2]
+                        row = out[at + first : at + last]
                         weight = kernel[a - x + r0, b - y + r1, first - z + r2 : last - z + r2]
                         for c in range(np.uintp(row.size)):
                             row[c] += mass * weight[c]
 
 
 @njit(cache=True)
-def _unite(total: FloatArray, part: FloatArray) -> None:
-    """1 − (1 − total)(1 − part) into `total`; `part` is left at zero."""
-    for i in range(total.shape[0]):
-        for j in range(total.shape[1]):
-            a, b = total[i, j], part[i, j]
-            for k in range(a.size):
-                p = min(b[k], 1.0)
-                a[k] += p - a[k] * p
-                b[k] = 0.0
+def coarse_boxes(low: IntArray, size: IntArray, active: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Lowest cells and numbers of cells (LEVELS, 3) of every level that a box of the robot's lattice is read from.
 
-
-@njit(cache=True)
-def _refine(coarse: FloatArray, coarse_low: IntArray, out: FloatArray | NDArray[np.float32], low: IntArray) -> None:
-    """Unite `out` with a lattice of twice the spacing, interpolated."""
-    g0, g1, g2 = coarse_low[0], coarse_low[1], coarse_low[2]
-    line = np.empty(coarse.shape[2])
-    for i in range(out.shape[0]):
-        x = i + low[0]
-        i0, i1 = (x >> 1) - g0, ((x + 1) >> 1) - g0
-        for j in range(out.shape[1]):
-            y = j + low[1]
-            j0, j1 = (y >> 1) - g1, ((y + 1) >> 1) - g1
-            for k in range(line.size):
-                line[k] = 0.25 * (coarse[i0, j0, k] + coarse[i0, j1, k] + coarse[i1, j0, k] + coarse[i1, j1, k])
-            row = out[i, j]
-            for k in range(row.size):
-                z = k + low[2]
-                p = 0.5 * (line[(z >> 1) - g2] + line[((z + 1) >> 1) - g2])
-                row[k] += p - row[k] * p
-
-
-@njit(cache=True)
-def _grid(low: IntArray, size: IntArray, active: IntArray, wider: int, level: int) -> tuple[IntArray, FloatArray]:
-    """Lowest cell and zeros of a box of the level that holds a box of the robot's lattice, `wider` cells more around."""
-    first, last = np.zeros(3, np.int64), np.zeros(3, np.int64)
-    for a in range(3):
-        if active[a]:
-            first[a] = (low[a] >> level) - 1 - wider
-            last[a] = ((low[a] + size[a] - 1) >> level) + 2 + wider
-    return first, np.zeros((last[0] - first[0] + 1, last[1] - first[1] + 1, last[2] - first[2] + 1))
-
-
-@njit(cache=True)
-def _kernel_at(
-    level: int,
-    radius: float,
-    weights: FloatArray,
-    sigmas: FloatArray,
-    spacing: float,
-    active: IntArray,
-    table: FloatArray,
-    limit: float,
-) -> FloatArray:
-    """Kernel of the classes that belong to a level; a single zero if there are none."""
-    chosen = np.zeros(weights.size)
-    found = False
-    for c in range(weights.size):
-        if weights[c] > 0.0 and level_of(sigmas[c], spacing) == level:
-            chosen[c] = weights[c]
-            found = True
-    if not found:
-        return np.zeros((1, 1, 1))
-    return _kernel(radius, chosen, sigmas, spacing * 2**level, active, table, 0.01 * limit)
+    And (LEVELS + 1,) where levels 1, 2 and 3 start if they lie one after the other.
+    """
+    first, count = np.zeros((LEVELS, 3), np.int64), np.ones((LEVELS, 3), np.int64)
+    starts = np.zeros(LEVELS + 1, np.int64)
+    for level in range(LEVELS):
+        for a in range(3):
+            if level == 0:
+                first[level, a], count[level, a] = low[a], size[a]
+            elif active[a]:
+                first[level, a] = (low[a] >> level) - 1
+                count[level, a] = ((low[a] + size[a] - 1) >> level) + 3 - first[level, a]
+        starts[level + 1] = starts[level] + (count[level, 0] * count[level, 1] * count[level, 2] if level else 0)
+    return first, count, starts
 
 
 @njit(cache=True)
 def add_wide(
-    cells: FloatArray,
+    level: int,
+    places: FloatArray,
     masses: FloatArray,
-    starts: IntArray,
-    distances: FloatArray,
+    bounds: FloatArray,
+    radius: float,
     weights: FloatArray,
     sigmas: FloatArray,
-    origin: FloatArray,
+    gap: float,
     spacing: float,
-    block: int,
-    low: IntArray,
     active: IntArray,
     table: FloatArray,
     limit: float,
-    out: NDArray[np.float32],
+    low: IntArray,
+    size: IntArray,
+    total: FloatArray,
+    part: FloatArray,
 ) -> bool:
-    """Unite `out` with the wide blobs of everybody at one half instant; arguments as for `risk_raster.rasterise`.
+    """Unite `total`, over a box of a level, with those blobs of one person that belong to it.
 
     The levels of one person are united as if they were different people; the difference is their product, which is
     nothing at the scale of the limit.
+
+    Args:
+        level: 1, 2 or 3.
+        places: (M, 3) robot cells from the robot, where the mass is.
+        masses: (M,).
+        bounds: (2, 3) lowest and highest of the places.
+        radius: m.
+        weights: (C,) of the spread classes.
+        sigmas: (C,) m.
+        gap: m between what is asked for and the nearest mass, at least.
+        spacing: m, of the robot's lattice.
+        active: (3,).
+        table: of `blob_table`.
+        limit: risk limit.
+        low: (3,) lowest cell of the box.
+        size: (3,) its cells.
+        total: flat, over the box.
+        part: zeros, at least as many; left as zeros.
+
+    Returns:
+        True if anything was added.
     """
-    size = np.array(out.shape)
-    lows = (_grid(low, size, active, 0, 1)[0], _grid(low, size, active, 0, 2)[0], _grid(low, size, active, 0, 3)[0])
-    totals = (_grid(low, size, active, 0, 1)[1], _grid(low, size, active, 0, 2)[1], _grid(low, size, active, 0, 3)[1])
-    parts = (np.zeros_like(totals[0]), np.zeros_like(totals[1]), np.zeros_like(totals[2]))
-    found = False
-    for person in range(starts.shape[0]):
-        first, last = starts[person, block], starts[person, block + 1]
-        if first == last:
-            continue
-        r, own, sigma = distances[person], weights[person], sigmas[person, block]
-        kernels = (
-            _kernel_at(1, r, own, sigma, spacing, active, table, limit),
-            _kernel_at(2, r, own, sigma, spacing, active, table, limit),
-            _kernel_at(3, r, own, sigma, spacing, active, table, limit),
-        )
-        reach3 = (kernels[2].shape[2] - 1) // 2 + 1
-        reach2 = max((kernels[1].shape[2] - 1) // 2 + 1, 2 * reach3 + 2 if kernels[2].size > 1 else 0)
-        beyond = kernels[1].size > 1 or kernels[2].size > 1
-        reach1 = max((kernels[0].shape[2] - 1) // 2 + 1, 2 * reach2 + 2 if beyond else 0)
-        if not beyond and kernels[0].size == 1:
-            continue
-        found = True
-        low1, source1 = _grid(low, size, active, reach1, 1)
-        low2, source2 = _grid(low, size, active, reach2, 2)
-        low3, source3 = _grid(low, size, active, reach3, 3)
-        sources, corners = (source1, source2, source3), (low1, low2, low3)
-        _share_out(cells[first:last], masses[first:last], origin, 2.0 * spacing, active, low1, source1)
-        if beyond:
-            _coarser(source1, low1, source2, low2)
-        if kernels[2].size > 1:
-            _coarser(source2, low2, source3, low3)
-        for level in range(3):
-            if kernels[level].size > 1:
-                _blur(sources[level], corners[level], kernels[level], parts[level], lows[level])
-                _unite(totals[level], parts[level])
-    if found:
-        _refine(totals[2], lows[2], totals[1], lows[1])
-        _refine(totals[1], lows[1], totals[0], lows[0])
-        _refine(totals[0], lows[0], out, low)
-    return found
+    least = LEAST * limit
+    chosen = np.zeros(weights.size)
+    nearest = 0.0
+    for c in range(weights.size):
+        if weights[c] > 0.0 and level_of(sigmas[c], spacing) == level:
+            chosen[c] = weights[c]
+            nearest += weights[c] * blob(gap, radius, sigmas[c], table)
+    if nearest < least:
+        return False
+    kernel = _kernel(radius, chosen, sigmas, spacing * 2**level, active, table, least)
+    scale = 1.0 / 2**level
+    r = (kernel.shape[2] - 1) // 2
+    first, last = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    for a in range(3):
+        if active[a]:
+            first[a] = max(math.floor(bounds[0, a] * scale), low[a] - r)
+            last[a] = min(math.floor(bounds[1, a] * scale) + 1, low[a] + size[a] - 1 + r)
+            if last[a] < first[a]:
+                return False
+    source = np.zeros((last[0] - first[0] + 1, last[1] - first[1] + 1, last[2] - first[2] + 1))
+    _share_out(places, masses, scale, active, first, source)
+    _blur(source, first, kernel, part, low, size)
+    for n in range(np.uintp(total.size)):
+        p = min(part[n], 1.0)
+        total[n] += p - total[n] * p
+        part[n] = 0.0
+    return True
+
+
+@njit(cache=True)
+def refine(
+    coarse: FloatArray,
+    coarse_low: IntArray,
+    coarse_size: IntArray,
+    out: FloatArray | NDArray[np.float32],
+    low: IntArray,
+    size: IntArray,
+) -> None:
+    """Unite `out` with a lattice of twice the spacing, interpolated; both flat over their boxes."""
+    line = np.empty(coarse_size[2])
+    for i in range(low[0], low[0] + size[0]):
+        i0, i1 = (i >> 1) - coarse_low[0], ((i + 1) >> 1) - coarse_low[0]
+        for j in range(low[1], low[1] + size[1]):
+            j0, j1 = (j >> 1) - coarse_low[1], ((j + 1) >> 1) - coarse_low[1]
+            n = np.uintp(coarse_size[2])
+            a, b = np.uintp((i0 * coarse_size[1] + j0) * n), np.uintp((i0 * coarse_size[1] + j1) * n)
+            c, d = np.uintp((i1 * coarse_size[1] + j0) * n), np.uintp((i1 * coarse_size[1] + j1) * n)
+            for k in range(n):
+                line[k] = 0.25 * (coarse[a + k] + coarse[b + k] + coarse[c + k] + coarse[d + k])
+            at = ((i - low[0]) * size[1] + j - low[1]) * size[2]
+            row = out[at : at + size[2]]
+            for k in range(size[2]):
+                z = k + low[2]
+                p = 0.5 * (line[(z >> 1) - coarse_low[2]] + line[((z + 1) >> 1) - coarse_low[2]])
+                row[k] += p - row[k] * p

@@ -12,7 +12,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sidestep._kernels.min_plus import WIDTH, lower, lower_by_two
-from sidestep._kernels.search_costs import Costs, arrival_costs, charge, halfway_costs, halfway_risk, row_at, stand
+from sidestep._kernels.search_costs import (
+    Costs,
+    arrival_costs,
+    cells_of,
+    charge,
+    grown,
+    halfway_costs,
+    halfway_risk,
+    row_at,
+    stand,
+)
 from sidestep.types import FloatArray, IntArray
 
 
@@ -136,30 +146,29 @@ def solve(
         total cost (inf: no admissible sequence) and the (N,) indices of the taps.
     """
     parities = (1 + active[0]) * (1 + active[1]) * (1 + active[2])
-    wide, wide_low = size + 2 * radius * active, low - radius * active
-    middle, middle_low = size + radius * active, low - (radius + 1) // 2 * active
     begin = np.zeros(horizon + 2, np.int64)  # where the costs of arriving at each step start
     most, most_halfway = 0, 0
     for k in range(horizon + 1):
-        begin[k + 1] = begin[k] + (wide[k - 1, 0] * wide[k - 1, 1] * wide[k - 1, 2] if k > 0 else 0)
-        most = max(most, size[k, 0] * size[k, 1] * size[k, 2])
-        most_halfway = max(most_halfway, parities * middle[k, 0] * middle[k, 1] * middle[k, 2])
+        begin[k + 1] = begin[k] + (cells_of(grown(low[k - 1], size[k - 1], radius, radius, active)[1]) if k > 0 else 0)
+        most = max(most, cells_of(size[k]))
+        most_halfway = max(most_halfway, parities * cells_of(grown(low[k], size[k], 0, radius, active)[1]))
     arrive = np.empty(begin[horizon + 1] + WIDTH, np.float32)
     value, stay = np.empty(most + WIDTH, np.float32), np.empty(most + WIDTH, np.float32)
     halfway = np.empty(most_halfway + WIDTH, np.float32)
-    h = horizon * radius * active
-    for i in range(size[horizon, 0]):
-        for j in range(size[horizon, 1]):
-            for k in range(size[horizon, 2]):
-                at = (i * size[horizon, 1] + j) * size[horizon, 2] + k
-                n0, n1, n2 = i + low[horizon, 0] + h[0], j + low[horizon, 1] + h[1], k + low[horizon, 2] + h[2]
-                value[at] = terminal[n0, n1, n2]
+    at, corner, last = 0, low[horizon], size[horizon]
+    for i in range(corner[0], corner[0] + last[0]):
+        for j in range(corner[1], corner[1] + last[1]):
+            for k in range(corner[2], corner[2] + last[2]):
+                value[at] = terminal[i + terminal.shape[0] // 2, j + terminal.shape[1] // 2, k + terminal.shape[2] // 2]
+                at += 1
     for k in range(horizon - 1, -1, -1):
         b = 2 * k + 2
+        wide_low, wide = grown(low[k], size[k], radius, radius, active)
+        middle_low, middle = grown(low[k], size[k], (radius + 1) // 2, radius // 2, active)
         end = seen.values[seen.starts[b] : seen.starts[b + 1]] if seen.some[b] else seen.values[:0]
         arrival_costs(
             low[k + 1], size[k + 1], value, stage, end, seen.low[b], seen.size[b], blocked[:0] if k == 0 else blocked,
-            weights[0], limit, steep[k], share, wide_low[k], wide[k], arrive[begin[k + 1] : begin[k + 2]], stay,
+            weights[0], limit, steep[k], share, wide_low, wide, arrive[begin[k + 1] : begin[k + 2]], stay,
         )  # fmt: skip
         if k == 0:
             break
@@ -167,18 +176,18 @@ def solve(
         use = mid.size > 0 or blocked_halfway.size > 0
         if use:
             halfway_costs(
-                middle_low[k], middle[k], mid, seen.low[b - 1], seen.size[b - 1], blocked_halfway, active, weights[1],
+                middle_low, middle, mid, seen.low[b - 1], seen.size[b - 1], blocked_halfway, active, weights[1],
                 limit, steep[k], halfway,
             )  # fmt: skip
         price = (share * weights[1], limit, share * steep[k])
         _sweep(
             active, taps, effort, low[k], size[k], stay, low[k + 1], size[k + 1], mid, seen.low[b - 1],
-            seen.size[b - 1], price, use, halfway, middle_low[k], middle[k], arrive[begin[k + 1] :], wide_low[k],
-            wide[k], value,
+            seen.size[b - 1], price, use, halfway, middle_low, middle, arrive[begin[k + 1] :], wide_low, wide,
+            value,
         )  # fmt: skip
     return _walk(
-        radius, active, taps, effort, first, blocked_halfway, seen, weights, limit, steep, share, wide_low, wide,
-        arrive, begin,
+        radius, active, taps, effort, first, blocked_halfway, seen, weights, limit, steep, share, low, size, arrive,
+        begin,
     )  # fmt: skip
 
 
@@ -200,7 +209,7 @@ def _walk(
     arrive: Costs,
     begin: IntArray,
 ) -> tuple[float, IntArray]:
-    """Follow the minimisers from the centre; ties go to the earlier tap. `low` and `size` are those of `arrive`."""
+    """Follow the minimisers from the centre; ties go to the earlier tap."""
     horizon = steep.size
     chosen = np.zeros(horizon, np.int64)
     f0, f1 = (blocked_halfway.shape[1] - 1) // 2, (blocked_halfway.shape[2] - 1) // 2
@@ -211,10 +220,11 @@ def _walk(
         best = np.inf
         pick = 0
         end, mid = 2 * k + 2, 2 * k + 1
+        wide_low, wide = grown(low[k], size[k], radius, radius, active)
         for t in range(taps.shape[0]):
             a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
             n0, n1, n2 = y0 + a, y1 + b, y2 + c
-            cost = float(effort[t]) + float(arrive[begin[k + 1] + row_at(n0, n1, n2, low[k], size[k])])
+            cost = float(effort[t]) + float(arrive[begin[k + 1] + row_at(n0, n1, n2, wide_low, wide)])
             if cost >= best:
                 continue
             part = share if t == 0 else 1.0

@@ -29,6 +29,22 @@ def row_at(i: int, j: int, k: int, low: IntArray, size: IntArray) -> int:
 
 
 @njit(cache=True)
+def grown(low: IntArray, size: IntArray, before: int, after: int, active: IntArray) -> tuple[IntArray, IntArray]:
+    """A box with more cells at its low and high ends (written out: array expressions take seconds to compile)."""
+    first, count = np.empty(3, np.int64), np.empty(3, np.int64)
+    for a in range(3):
+        first[a] = low[a] - before * active[a]
+        count[a] = size[a] + (before + after) * active[a]
+    return first, count
+
+
+@njit(cache=True)
+def cells_of(size: IntArray) -> int:
+    """How many cells a box has."""
+    return size[0] * size[1] * size[2]
+
+
+@njit(cache=True)
 def halfway_costs(
     low: IntArray,
     size: IntArray,
@@ -47,7 +63,7 @@ def halfway_costs(
     The risk of a point between raster cells is the mean over the cells around it. What is off the raster costs nothing.
     """
     h0, h1, h2 = (blocked.shape[1] - 1) // 2, (blocked.shape[2] - 1) // 2, (blocked.shape[3] - 1) // 2
-    box = size[0] * size[1] * size[2]
+    box = cells_of(size)
     for p in range((1 + active[0]) * (1 + active[1]) * (1 + active[2])):
         p2 = p % (1 + active[2])
         p1 = p // (1 + active[2]) % (1 + active[1])
@@ -58,7 +74,8 @@ def halfway_costs(
             for j in range(low[1], low[1] + size[1]):
                 at = p * box + row_at(i, j, low[2], low, size)
                 row = out[at : at + size[2]]
-                row[:] = np.float32(0.0)
+                for k in range(np.uintp(size[2])):
+                    row[k] = 0.0
                 inside = risk_low[0] <= i < risk_low[0] + risk_size[0] - p0
                 inside = inside and risk_low[1] <= j < risk_low[1] + risk_size[1] - p1
                 if risk.size > 0 and inside and first < last:
@@ -131,7 +148,8 @@ def arrival_costs(
     was there before and is charged `share` of the risk.
     """
     h0, h1, h2 = stage.shape[0] // 2, stage.shape[1] // 2, stage.shape[2] // 2
-    out[:] = np.inf
+    for n in range(np.uintp(out.size)):
+        out[n] = np.inf
     for i in range(low[0], low[0] + size[0]):
         for j in range(low[1], low[1] + size[1]):
             at = row_at(i, j, low[2], out_low, out_size)
@@ -172,7 +190,8 @@ def stand(
     steep: float,
 ) -> None:
     """What standing still costs along a row (i, j) from `low` on: `stay` and the risk of the half instant."""
-    out[:] = np.inf
+    for k in range(np.uintp(out.size)):
+        out[k] = np.inf
     if not (0 <= i - stay_low[0] < stay_size[0] and 0 <= j - stay_low[1] < stay_size[1]):
         return
     first = max(low, stay_low[2])
@@ -181,7 +200,8 @@ def stand(
         return
     at = row_at(i, j, first, stay_low, stay_size)
     source, row = stay[at : at + count], out[first - low : first - low + count]
-    row[:] = source
+    for k in range(np.uintp(count)):
+        row[k] = source[k]
     if risk.size > 0:
         at = row_at(i, j, first, risk_low, risk_size)
         seen = risk[at : at + count]

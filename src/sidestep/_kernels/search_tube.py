@@ -13,25 +13,22 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sidestep._kernels.min_plus import WIDTH, lower
-from sidestep._kernels.search_costs import Costs, row_at
+from sidestep._kernels.search_costs import Costs, cells_of, grown, row_at
 from sidestep.types import IntArray
 
 
 @njit(cache=True)
 def axis_efforts(radius: int, taps: IntArray, effort: Costs) -> Costs:
     """Efforts (3, 2K+1) per axis and displacement whose sum is at most the effort of every tap."""
-    out = np.zeros((3, 2 * radius + 1), np.float32)
-    for a in range(3):
-        out[a, :] = np.inf
-        for t in range(taps.shape[0]):
-            for sign in (-1, 1):
-                c = sign * taps[t, a] + radius
+    out = np.full((3, 2 * radius + 1), np.float32(np.inf))
+    for t in range(taps.shape[0]):
+        for a in range(3):
+            for c in (radius - taps[t, a], radius + taps[t, a]):
                 out[a, c] = min(out[a, c], effort[t])
     for t in range(taps.shape[0]):
         total = out[0, taps[t, 0] + radius] + out[1, taps[t, 1] + radius] + out[2, taps[t, 2] + radius]
         if total > effort[t] * np.float32(1.000001) + np.float32(1e-9):
-            out[:] = 0.0
-            break
+            return np.zeros((3, 2 * radius + 1), np.float32)
     return out
 
 
@@ -45,6 +42,32 @@ def _windows(radius: int, active: IntArray, taps: IntArray) -> IntArray:
             i, j = sign * a + radius * active[0], sign * b + radius * active[1]
             out[i, j] = max(out[i, j], c)
     return out
+
+
+@njit(cache=True)
+def _clear(out: Costs, at: int, count: int) -> None:
+    for n in range(np.uintp(at), np.uintp(at + count)):
+        out[n] = np.inf
+
+
+@njit(cache=True)
+def _add_stage(
+    low: IntArray, size: IntArray, known: Costs, stage: Costs, blocked: NDArray[np.bool_], out: Costs
+) -> None:
+    """What is `known` over a box and the stage cost of its cells; walls are forbidden."""
+    h0, h1, h2 = stage.shape[0] // 2, stage.shape[1] // 2, stage.shape[2] // 2
+    at = 0
+    for i in range(low[0] + h0, low[0] + h0 + size[0]):
+        for j in range(low[1] + h1, low[1] + h1 + size[1]):
+            row, source = out[at : at + size[2]], known[at : at + size[2]]
+            goal = stage[i, j, low[2] + h2 : low[2] + h2 + size[2]]
+            for n in range(np.uintp(size[2])):
+                row[n] = source[n] + goal[n]
+            if blocked.size > 0:
+                wall = blocked[i, j, low[2] + h2 : low[2] + h2 + size[2]]
+                for n in range(np.uintp(size[2])):
+                    row[n] = np.inf if wall[n] else row[n]
+            at += size[2]
 
 
 @njit(cache=True)
@@ -62,7 +85,7 @@ def _spread(
         size: (3,) of the box.
         out: over the box, and `WIDTH` more.
     """
-    v = size + 2 * radius * active
+    v = grown(size, size, radius, radius, active)[1]
     rows = v[0] * v[1]
     kinds = np.zeros(radius + 1, np.int64)  # where the rows lie that a window was taken of
     used = 0
@@ -79,7 +102,7 @@ def _spread(
             continue
         for n in range(rows):
             at = ((kinds[w] - 1) * rows + n) * size[2]
-            along[at : at + size[2]] = np.inf
+            _clear(along, at, size[2])
             lower(radius - w, radius + w + 1, efforts[2], source, inside, n * v[2], along, at, size[2])
     costs = np.empty(windows.size, np.float32)
     shifts = np.empty(windows.size, np.int64)
@@ -95,7 +118,7 @@ def _spread(
     for i in range(size[0]):
         for j in range(size[1]):
             at = (i * size[1] + j) * size[2]
-            out[at : at + size[2]] = np.inf
+            _clear(out, at, size[2])
             lower(0, count, costs, along, shifts, (i * v[1] + j) * size[2], out, at, size[2])
 
 
@@ -126,33 +149,27 @@ def costs_to_go(
         costs (flat), one box after another, and (N + 2,) where they start.
     """
     efforts, windows = axis_efforts(radius, taps, effort), _windows(radius, active, taps)
-    h0, h1, h2 = stage.shape[0] // 2, stage.shape[1] // 2, stage.shape[2] // 2
+    low, size = np.zeros((horizon + 1, 3), np.int64), np.ones((horizon + 1, 3), np.int64)
     begin = np.zeros(horizon + 2, np.int64)
     for k in range(1, horizon + 1):
-        size = 2 * radius * k * active + 1
-        begin[k + 1] = begin[k] + size[0] * size[1] * size[2]
+        low[k], size[k] = grown(low[0], size[0], radius * k, radius * k, active)
+        begin[k + 1] = begin[k] + cells_of(size[k])
     out = np.empty(begin[horizon + 1] + WIDTH, np.float32)
-    out[begin[horizon] : begin[horizon + 1]] = terminal.ravel()
-    arrive = np.empty(stage.size + WIDTH, np.float32)
+    at = begin[horizon]
+    for i in range(terminal.shape[0]):
+        for j in range(terminal.shape[1]):
+            for k in range(terminal.shape[2]):
+                out[at] = terminal[i, j, k]
+                at += 1
+    arrive, first = np.empty(stage.size + WIDTH, np.float32), np.empty(WIDTH, np.float32)
     for k in range(horizon - 1, 0, -1):
-        r = radius * (k + 1) * active
-        size = 2 * r + 1
-        for i in range(size[0]):
-            for j in range(size[1]):
-                at = (i * size[1] + j) * size[2]
-                row, known = arrive[at : at + size[2]], out[begin[k + 1] + at : begin[k + 1] + at + size[2]]
-                p, q, s = i + h0 - r[0], j + h1 - r[1], h2 - r[2]
-                goal = stage[p, q, s : s + size[2]]
-                for n in range(np.uintp(size[2])):
-                    row[n] = known[n] + goal[n]
-                if blocked.size > 0:
-                    wall = blocked[p, q, s : s + size[2]]
-                    for n in range(np.uintp(size[2])):
-                        row[n] = np.inf if wall[n] else row[n]
-        # whole lines are written, into the next box too
-        keep = out[begin[k + 1] : begin[k + 1] + WIDTH].copy()
-        _spread(radius, active, efforts, windows, arrive, 2 * radius * k * active + 1, out[begin[k] :])
-        out[begin[k + 1] : begin[k + 1] + WIDTH] = keep
+        following = out[begin[k + 1] :]
+        _add_stage(low[k + 1], size[k + 1], following, stage, blocked, arrive)
+        for n in range(WIDTH):  # whole lines are written, into the next box too
+            first[n] = following[n]
+        _spread(radius, active, efforts, windows, arrive, size[k], out[begin[k] :])
+        for n in range(WIDTH):
+            following[n] = first[n]
     return out, begin
 
 
@@ -188,57 +205,47 @@ def tube(
     Returns:
         cost of the cheapest without risk, (N + 1, 3) lowest cells, counted from the robot, and (N + 1, 3) cells.
     """
-    efforts, windows = axis_efforts(radius, taps, effort), _windows(radius, active, taps)
     low, size = np.zeros((horizon + 1, 3), np.int64), np.ones((horizon + 1, 3), np.int64)
     for k in range(1, horizon + 1):
-        low[k], size[k] = -radius * k * active, 2 * radius * k * active + 1
-    half = horizon * radius * active
-    reach = radius * active
-    box = 2 * reach + 1
-    found = np.full(box[0] * box[1] * box[2] + WIDTH, np.float32(np.inf))
+        low[k], size[k] = grown(low[0], size[0], radius * k, radius * k, active)
+    corner, box = grown(low[0], size[0], radius, radius, active)
+    found = np.full(cells_of(box) + WIDTH, np.float32(np.inf))
+    h0, h1, h2 = stage.shape[0] // 2, stage.shape[1] // 2, stage.shape[2] // 2
     least = np.inf
     for t in range(taps.shape[0]):
         i, j, k = taps[t, 0], taps[t, 1], taps[t, 2]
-        at = row_at(i, j, k, -reach, box)
-        cost = effort[t] + first[t] + stage[i + half[0], j + half[1], k + half[2]]
+        at = row_at(i, j, k, corner, box)
+        cost = effort[t] + first[t] + stage[i + h0, j + h1, k + h2]
         found[at] = min(found[at], cost)
         least = min(least, float(cost + to_go[begin[1] + at]))
     if not np.isfinite(least) or slack == np.inf:
         return least, low, size
-    bound = np.float32(least + slack + 1e-5 * (1.0 + abs(least) + slack))
-    corner = -reach
+    efforts, windows = axis_efforts(radius, taps, effort), _windows(radius, active, taps)
+    bound = least + slack + 1e-5 * (1.0 + abs(least) + slack)
     for k in range(1, horizon + 1):
-        _enclose(radius * k * active, found, corner, box, to_go[begin[k] :], bound, low[k], size[k])
+        whole_low, whole = grown(low[0], size[0], radius * k, radius * k, active)
+        _enclose(whole_low, whole, found, corner, box, to_go[begin[k] :], bound, low[k], size[k])
         if k == horizon:
             break
-        outer = size[k] + 4 * radius * active
-        source = np.full(outer[0] * outer[1] * outer[2] + WIDTH, np.float32(np.inf))
+        outer_low, outer = grown(low[k], size[k], 2 * radius, 2 * radius, active)
+        source = np.full(cells_of(outer) + WIDTH, np.float32(np.inf))
         for i in range(low[k, 0], low[k, 0] + size[k, 0]):
             for j in range(low[k, 1], low[k, 1] + size[k, 1]):
-                at = row_at(i, j, low[k, 2], low[k] - 2 * reach, outer)
+                at = row_at(i, j, low[k, 2], outer_low, outer)
                 known = row_at(i, j, low[k, 2], corner, box)
-                source[at : at + size[k, 2]] = found[known : known + size[k, 2]]
-        corner, box = low[k] - reach, size[k] + 2 * reach
-        found = np.empty(box[0] * box[1] * box[2] + WIDTH, np.float32)
+                for n in range(size[k, 2]):
+                    source[at + n] = found[known + n]
+        corner, box = grown(low[k], size[k], radius, radius, active)
+        found = np.empty(cells_of(box) + WIDTH, np.float32)
         _spread(radius, active, efforts, windows, source, box, found)
-        for i in range(corner[0], corner[0] + box[0]):
-            for j in range(corner[1], corner[1] + box[1]):
-                at = row_at(i, j, corner[2], corner, box)
-                row = found[at : at + box[2]]
-                p, q, s = i + half[0], j + half[1], corner[2] + half[2]
-                goal = stage[p, q, s : s + box[2]]
-                for n in range(np.uintp(box[2])):
-                    row[n] += goal[n]
-                if blocked.size > 0:
-                    wall = blocked[p, q, s : s + box[2]]
-                    for n in range(np.uintp(box[2])):
-                        row[n] = np.inf if wall[n] else row[n]
+        _add_stage(corner, box, found, stage, blocked, found)
     return least, low, size
 
 
 @njit(cache=True)
 def _enclose(
-    reach: IntArray,
+    whole_low: IntArray,
+    whole: IntArray,
     found: Costs,
     corner: IntArray,
     box: IntArray,
@@ -248,12 +255,11 @@ def _enclose(
     size: IntArray,
 ) -> None:
     """Put the smallest box around the cells where `found` and what is still to pay are at most `bound`."""
-    whole = 2 * reach + 1
-    least, most = np.full(3, np.iinfo(np.int64).max), np.full(3, np.iinfo(np.int64).min)
-    for i in range(corner[0], corner[0] + box[0]):
-        for j in range(corner[1], corner[1] + box[1]):
-            at = row_at(i, j, corner[2], corner, box)
-            on = row_at(i, j, corner[2], -reach, whole)
+    i0, i1, j0, j1, k0, k1 = box[0], -1, box[1], -1, box[2], -1
+    for i in range(box[0]):
+        for j in range(box[1]):
+            at = (i * box[1] + j) * box[2]
+            on = row_at(i + corner[0], j + corner[1], corner[2], whole_low, whole)
             start, stop = 0, box[2]
             while start < stop and found[at + start] + to_go[on + start] > bound:
                 start += 1
@@ -261,13 +267,12 @@ def _enclose(
                 continue
             while found[at + stop - 1] + to_go[on + stop - 1] > bound:
                 stop -= 1
-            least[0], most[0] = min(least[0], i), max(most[0], i)
-            least[1], most[1] = min(least[1], j), max(most[1], j)
-            least[2], most[2] = min(least[2], corner[2] + start), max(most[2], corner[2] + stop - 1)
-    if most[0] < least[0]:  # by rounding
-        least, most = corner, corner + box - 1
-    low[:] = least
-    size[:] = most - least + 1
+            i0, i1, j0, j1 = min(i0, i), max(i1, i), min(j0, j), max(j1, j)
+            k0, k1 = min(k0, start), max(k1, stop - 1)
+    if i1 < 0:  # by rounding
+        i0, i1, j0, j1, k0, k1 = 0, box[0] - 1, 0, box[1] - 1, 0, box[2] - 1
+    low[0], low[1], low[2] = corner[0] + i0, corner[1] + j0, corner[2] + k0
+    size[0], size[1], size[2] = i1 - i0 + 1, j1 - j0 + 1, k1 - k0 + 1
 
 
 @njit(cache=True)

@@ -14,7 +14,7 @@ from sidestep.types import FloatArray, IntArray, Path
 
 ENOUGH = 16.0
 """How many times wider a second look may be to be the last one."""
-WIDER = 4.0
+WIDER = 8.0
 """How many times wider it is otherwise."""
 
 
@@ -91,7 +91,7 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
         needed = (total - maps.least) * (1 + 1e-6) + 1e-6
         slack = needed if needed < ENOUGH * maps.slack else WIDER * maps.slack
         dearest = (problem.horizon + problem.terminal_weight) * float(maps.stage.max())
-        maps = within(problem, maps, slack if 0.0 < slack < dearest else math.inf)
+        maps = within(problem, maps, slack if 0.0 < slack < 0.25 * dearest else math.inf)
         total, chosen = _look(problem, maps, limit, weight)
     feasible = bool(np.isfinite(total))
     moves = maps.taps[chosen] if feasible else np.zeros((problem.horizon, problem.dimension), dtype=np.int64)

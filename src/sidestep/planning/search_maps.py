@@ -96,26 +96,30 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
         to_go=costs_to_go(problem.horizon, radius, active, moves, effort, stage, terminal, blocked),
         slack=math.inf,
         least=0.0,
-        boxes=(everywhere[0][::2], everywhere[1][::2]),
+        boxes=everywhere,
         rasters=RiskRasters.nobody(everywhere),
     )
-    return within(problem, maps, first_slack(maps))
+    return within(problem, maps, first_slack(problem, maps))
 
 
 def again(problem: PlanningProblem, maps: SearchMaps) -> SearchMaps:
     """The maps of another problem for one that differs in nothing but what risk costs, or the first step."""
-    changed = replace(maps, first=_first_costs(problem, maps.velocities))
-    return within(problem, changed, maps.slack)
+    first = _first_costs(problem, maps.velocities)
+    if np.array_equal(first, maps.first):
+        return maps
+    return within(problem, replace(maps, first=first), maps.slack)
 
 
-def first_slack(maps: SearchMaps) -> float:
+def first_slack(problem: PlanningProblem, maps: SearchMaps) -> float:
     """By how much the first look goes beyond the cheapest motion: what it costs to lose a fifth of all steps.
 
-    Where somebody is in the way, that is about what getting past costs; where it is too little, more is looked at.
+    Where somebody is in the way, that is about what getting past costs; where it is too little, more is looked at. Each
+    look draws everybody; among many people it is better to look farther at once.
     """
     middle = tuple(w // 2 for w in maps.stage.shape)
     near = maps.stage[tuple(slice(max(m - maps.radius, 0), m + maps.radius + 1) for m in middle)]
-    return 0.1 * (len(maps.boxes[0]) - 1) * float(near.max() - near.min())
+    people = 1 if problem.people is None else max(len(problem.people.people), 1)
+    return 0.05 * (1 + people) * problem.horizon * float(near.max() - near.min())
 
 
 def within(problem: PlanningProblem, maps: SearchMaps, slack: float) -> SearchMaps:

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from sidestep._kernels.path_costs import half_instants
 from sidestep._kernels.risk import mass_near, mass_within
 from sidestep._kernels.risk_profile import blob_table, profiles
-from sidestep._kernels.risk_raster import rasterise, rasterise_all
+from sidestep._kernels.risk_raster import rasterise_all
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
 from sidestep.types import FloatArray, IntArray, Path
 
+Clouds = tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]
 Boxes = tuple[IntArray, IntArray]
 """Lowest cells and numbers of cells of boxes among three axes."""
 
@@ -99,14 +100,15 @@ class RiskField:
         """
         d = len(origin)
         active = active_axes(d)
-        w0, w1, w2 = (int(w) for w in 2 * radius * active + 1)
-        out = np.zeros((w0, w1, w2), dtype=np.float32)
-        if self.people:
-            clouds = self._clouds(0.0)
-            ends = np.zeros((w0, w1 + 1, w2))
-            place = embedded_point(np.asarray(origin, dtype=np.float64))
-            rasterise(*clouds, place, spacing, instant, -radius * active, active, blob_table(d), limit, ends, out)
-        return out.reshape((2 * radius + 1,) * d)
+        if not self.people:
+            return np.zeros((2 * radius + 1,) * d, dtype=np.float32)
+        low, size = np.zeros((self.blocks, 3), dtype=np.int64), np.ones((self.blocks, 3), dtype=np.int64)
+        low[instant], size[instant] = -radius * active, 2 * radius * active + 1
+        values, starts, _ = rasterise_all(
+            *self._clouds(0.0), embedded_point(np.asarray(origin, dtype=np.float64)), spacing, active, blob_table(d),
+            limit, True, low, size,
+        )  # fmt: skip
+        return values[starts[instant] : starts[instant + 1]].reshape((2 * radius + 1,) * d)
 
     def rasters(self, origin: FloatArray, spacing: float, boxes: Boxes, limit: float = 0.02) -> RiskRasters:
         """Return the probability at all places of a lattice that lie in the `boxes` of the half instants.
@@ -124,8 +126,18 @@ class RiskField:
         )  # fmt: skip
         return RiskRasters(values=values, starts=starts, some=some, boxes=boxes)
 
-    def _clouds(self, tolerance: float) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]:
+    @cached_property
+    def _listed(self) -> dict[float, Clouds]:
+        """What `_clouds` has made, by tolerance: a search that looks again draws the same people."""
+        return {}
+
+    def _clouds(self, tolerance: float) -> Clouds:
         """Everybody's cells (·, 3) m, masses, starts (P, B+1), distances (P,), weights (P, C), sigmas (P, B, C)."""
+        if tolerance not in self._listed:
+            self._listed[tolerance] = self._clouds_anew(tolerance)
+        return self._listed[tolerance]
+
+    def _clouds_anew(self, tolerance: float) -> Clouds:
         listed = [p.cells(tolerance) for p in self.people]
         classes = max(1, max(0 if p.weights is None else len(p.weights) for p in self.people))
         weights = np.zeros((len(self.people), classes))
@@ -186,10 +198,14 @@ class RiskRasters:
         )
 
 
+@lru_cache(maxsize=64)
 def all_in_reach(horizon: int, radius: int, dimension: int) -> Boxes:
     """Return the boxes (2N+1, 3) of a robot that moves ≤ `radius` cells per axis and step, for `RiskField.rasters`."""
     half = ((radius * np.arange(2 * horizon + 1) + 1) // 2)[:, None] * active_axes(dimension)
-    return -half, 2 * half + 1
+    low, size = -half, 2 * half + 1
+    low.setflags(write=False)
+    size.setflags(write=False)
+    return low, size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
