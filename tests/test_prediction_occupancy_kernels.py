@@ -162,6 +162,7 @@ def test_even_moves(d: int, reach: int, walls: bool, monkeypatch: pytest.MonkeyP
     for plain in (False, True):
         if plain:
             as_python(monkeypatch, push_evenly, "all_admissible", "_read_row", "_sum_along", "_add_rows", "_sources")
+            as_python(monkeypatch, push_evenly, "_sum_every_other")
             as_python(monkeypatch, push_evenly, "spread_midway", "spread_walled_midway", "spread_evenly")
         field = mass.copy()
         push_evenly.spread_evenly(
@@ -179,7 +180,7 @@ def test_even_moves(d: int, reach: int, walls: bool, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize("d", [1, 2, 3])
 @pytest.mark.parametrize("spread", [False, True])
-def test_what_touches_the_robot_is_removed(d: int, spread: bool) -> None:
+def test_what_touches_the_robot_is_removed(d: int, spread: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(d)
     mass = random_mass(rng, d, 2)
     gone, lost = rng.random((WIDTH,) * d) * dense(mass, 0, d), WIDTH ** (d - 1)
@@ -193,7 +194,11 @@ def test_what_touches_the_robot_is_removed(d: int, spread: bool) -> None:
     if spread:
         samples, grids = profiles(0.5, np.ones(1), np.full((2, 1), 0.2), blob_table(d))
         share = ncx2.cdf((0.5 / 0.2) ** 2, d, (gap / 0.2) ** 2)
-    for tell, remove in zip(both(push_sections.contact_shares), both(push_sections.remove_contact), strict=True):
+    for plain, (tell, remove) in enumerate(
+        zip(both(push_sections.contact_shares), both(push_sections.remove_contact), strict=True)
+    ):
+        if plain:
+            as_python(monkeypatch, push_sections, "_read_profile")
         field, boxes, shares = mass.copy(), np.zeros((2, 7), np.int64), np.zeros(5**d)
         tell(robot, 0.3, 2, d, 0.5, samples, grids, boxes, shares)
         removed = remove(field, 0, lost, CENTRE, d, boxes, shares, 1)
@@ -245,7 +250,7 @@ def test_a_whole_prediction_by_the_python_source(awareness: str, monkeypatch: py
     compiled = masses()
     monkeypatch.setattr("sidestep.prediction.propagation.propagate", push_horizon.propagate.py_func)
     monkeypatch.setattr("sidestep.prediction.propagation.add_midway", push_evenly.add_midway.py_func)
-    as_python(monkeypatch, push_horizon, "_step", "_read_actions")
+    as_python(monkeypatch, push_horizon, "_push", "_step", "_read_actions")
     for found, expected in zip(masses(), compiled, strict=True):
         np.testing.assert_allclose(found, expected, atol=1e-14)
 

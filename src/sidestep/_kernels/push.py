@@ -54,8 +54,10 @@ def list_moves(mixture: FloatArray, dimension: int) -> Moves:
     for a in range(n):
         u0, u1, u2 = a // count // (2 * r1 + 1) - r0 + reach, a // count % (2 * r1 + 1) - r1 + reach, a % count
         for v0 in range(reach - r0, reach + r0 + 1):
+            if mixture[0, u0, v0] == 0.0:
+                continue
             for v1 in range(reach - r1, reach + r1 + 1):
-                for v2 in range(count):
+                for v2 in range(count if mixture[1, u1, v1] != 0.0 else 0):
                     part = mixture[0, u0, v0] * mixture[1, u1, v1] * mixture[2, u2, v2]
                     if part != 0.0:
                         weights[end], steps[end, 0], steps[end, 1], steps[end, 2] = part, v0, v1, v2
@@ -81,7 +83,7 @@ def place_moves(moves: Moves, rows: int, columns: int, half_radius: int, dimensi
         moves.shifts[e, 1] = (v0 * high + v1) * wide + v2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _move(
     flat: FloatArray,
     at: int,

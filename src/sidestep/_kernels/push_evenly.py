@@ -58,6 +58,25 @@ def _sum_along(line: FloatArray, n: int, count: int, flat: FloatArray, at: int) 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _sum_every_other(line: FloatArray, first: int, n: int, terms: int, flat: FloatArray, at: int) -> None:
+    """flat[at + 2c] = Σ_t line[first + c + t], 0 ≤ t < terms, for n cells."""
+    to, i, one, two = np.uintp(at), np.uintp(first), np.uintp(1), np.uintp(2)
+    if terms == 3:
+        for c in range(np.uintp(n)):
+            flat[to + two * c] = line[i + c] + line[i + c + one] + line[i + c + two]
+        return
+    if terms == 2:
+        for c in range(np.uintp(n)):
+            flat[to + two * c] = line[i + c] + line[i + c + one]
+        return
+    for c in range(np.uintp(n)):
+        total = 0.0
+        for t in range(np.uintp(terms)):
+            total += line[i + c + t]
+        flat[to + two * c] = total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _add_rows(
     flat: FloatArray, first: int, stride: int, count: int, n: int, share: float, target: FloatArray, at: int
 ) -> None:
@@ -187,7 +206,6 @@ def spread_midway(
     n0, n1, h0, h1 = 2 * b0 + 1, 2 * b1 + 1, 4 * b0 + 2 * r0 + 1, 4 * b1 + 2 * r1 + 1
     actions = (2 * r0 + 1) * (2 * r1 + 1) * (2 * reach + 1)
     part, along, across = share / actions, scratch[0], scratch[1]
-    two = np.uintp(2)
     for i0 in range(n0):
         for i1 in range(n1):
             at, row = (i0 * n1 + i1) * wide, start + (i0 * n1 + i1) * n
@@ -195,12 +213,7 @@ def spread_midway(
             _read_row(flat, row, n, reach, masks, cell, actions, line)
             for parity in range(2):  # 2x + u is even, counted from the block's edge, for every other u
                 terms = reach + 1 if parity == 0 else reach
-                first, to = np.uintp(2 * reach - terms + 1), np.uintp(at + parity)
-                for c in range(np.uintp(n + reach if parity == 0 else n + reach - 1)):
-                    total = 0.0
-                    for t in range(np.uintp(terms)):
-                        total += line[first + c + t]
-                    along[to + two * c] = total
+                _sum_every_other(line, 2 * reach - terms + 1, n + terms - 1, terms, along, at + parity)
     for i0 in range(n0):
         for o1 in range(h1):
             low, high = _sources(o1, n1, r1)

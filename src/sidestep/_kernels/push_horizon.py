@@ -42,7 +42,7 @@ class Conditions(NamedTuple):
         dimension: d.
         reach: largest action in cells.
         randomness: ω.
-        admissible: choices of a person among walls who acts at random; masks of size 0 if there are none.
+        walls: (words, cells) masks of the actions of a person among walls who acts at random; size 0 without any.
         same: (3, T, T) identity.
         centre: anchor's index in sections of mass.
         middle: in tables.
@@ -55,7 +55,7 @@ class Conditions(NamedTuple):
     dimension: int
     reach: int
     randomness: float
-    admissible: Choices
+    walls: IntArray
     same: FloatArray
     centre: int
     middle: int
@@ -101,7 +101,7 @@ def _step(
     d, centre, half_start = given.dimension, given.centre, given.offsets[2 * k + 1]
     half_radius = given.reach * (2 * k + 1)
     minding = concerned if behaviour.differs[k] else 0.0
-    walls = given.admissible.masks
+    walls = given.walls
     if given.randomness > 0.0:
         share = given.randomness
         spread_evenly(
@@ -135,7 +135,7 @@ def _step(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def propagate(
+def _push(
     behaviour: Behaviour,
     given: Conditions,
     first: int,
@@ -176,7 +176,7 @@ def propagate(
     rows = (2 * c0 + 1) * row_count(centre, d)
     halves = blocks if given.midway else blocks[:0]
     moves = list_moves(behaviour.mixture, d)
-    plain = list_moves(given.same, d)
+    plain = list_moves(given.same, d) if given.walls.size > 0 else moves
     here_box, box, lost_to = np.zeros(6, np.int64), np.zeros(6, np.int64), np.empty(6, np.int64)
     if first == 0:
         field[c0 * row_count(centre, d) + c1, centre] = weight
@@ -189,7 +189,8 @@ def propagate(
         set_box(here_box, reach * k, d)
         set_box(box, reach * (k + 1), d)
         place_moves(moves, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
-        place_moves(plain, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
+        if given.walls.size > 0:
+            place_moves(plain, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
         clear_box(field, there, box, centre, d)
         _step(behaviour, given, moves, plain, k, here_box, concerned, field, here, there, halves, scratch, line)
         if k == 0 and actions.size > 0:
@@ -208,3 +209,26 @@ def propagate(
             )  # fmt: skip
         contact[k] += remove_contact(field, there, 2 * rows + there, centre, d, given.boxes, given.shares, k + 1)
         lost[:] = lost_to
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def propagate(
+    mixture: FloatArray, tables: FloatArray, used: FloatArray, differs: BoolArray, words: int,
+    calm_radii: IntArray, calm_offsets: IntArray, calm_masks: IntArray, calm_odds: FloatArray,
+    radii: IntArray, choice_offsets: IntArray, masks: IntArray, odds: FloatArray,
+    dimension: int, reach: int, randomness: float, walls: IntArray, same: FloatArray, centre: int, middle: int,
+    boxes: IntArray, shares: FloatArray, offsets: IntArray, midway: bool,
+    first: int, last: int, weight: float, concerned: float, field: FloatArray, scratch: FloatArray, line: FloatArray,
+    lost: IntArray, blocks: FloatArray, contact: FloatArray, actions: FloatArray,
+) -> None:  # fmt: skip
+    """`_push`, its tuples taken apart: to hand them to compiled code one by one takes a tenth of the time."""
+    behaviour = Behaviour(
+        mixture, tables, used, Choices(calm_radii, calm_offsets, words, calm_masks, calm_odds),
+        Choices(radii, choice_offsets, words, masks, odds), differs,
+    )  # fmt: skip
+    given = Conditions(
+        dimension, reach, randomness, walls, same, centre, middle, boxes, shares, offsets, midway
+    )  # fmt: skip
+    _push(
+        behaviour, given, first, last, weight, concerned, field, scratch, line, lost, blocks, contact, actions
+    )  # fmt: skip

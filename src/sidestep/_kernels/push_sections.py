@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from sidestep._kernels.risk_profile import profile_value
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep.types import FloatArray, IntArray
 
@@ -100,17 +99,44 @@ def contact_shares(
             boxes[k, 2 * axis + 1] = int(np.floor(min((path[k, axis] + wide) / spacing, limit)))
         boxes[k, 1] = boxes[k, 1] if k > 0 else boxes[k, 0] - 1
         boxes[k, 6] = end
+        n = boxes[k, 5] - boxes[k, 4] + 1
+        start = spacing * boxes[k, 4] - path[k, 2]
         for i0 in range(boxes[k, 0], boxes[k, 1] + 1):
-            for i1 in range(boxes[k, 2], boxes[k, 3] + 1):
+            for i1 in range(boxes[k, 2], boxes[k, 3] + 1 if n > 0 else boxes[k, 2]):
                 g0, g1 = spacing * i0 - path[k, 0], spacing * i1 - path[k, 1]
-                for i2 in range(boxes[k, 4], boxes[k, 5] + 1):
-                    g2 = spacing * i2 - path[k, 2]
-                    distance = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
-                    if samples.size > 0:
-                        shares[end] = min(1.0, profile_value(distance, samples[k], grids[k]))
-                    else:
-                        shares[end] = 1.0 if distance < contact else 0.0
-                    end += 1
+                aside = g0 * g0 + g1 * g1
+                if samples.size > 0:
+                    _read_profile(aside, start, spacing, n, samples[k], grids[k], shares, end)
+                else:
+                    for c in range(n):
+                        gap = start + spacing * c
+                        shares[end + c] = 1.0 if np.sqrt(aside + gap * gap) < contact else 0.0
+                end += n
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _read_profile(
+    aside: float,
+    start: float,
+    spacing: float,
+    n: int,
+    samples: FloatArray,
+    grid: FloatArray,
+    shares: FloatArray,
+    at: int,
+) -> None:
+    """Write `risk_profile.profile_value`, at most 1, for a row of n cells whose squared distance across is `aside`."""
+    radius, scale, first, step = grid
+    to, last = np.uintp(at), samples.size - 1
+    for c in range(np.uintp(n)):  # apart from the look-up below, so that it runs on whole registers
+        gap = start + spacing * np.int32(c)
+        x = np.sqrt(aside + gap * gap) - radius
+        shares[to + c] = (x / (abs(x) + scale) - first) / step
+    for c in range(np.uintp(n)):
+        place = shares[to + c]
+        q = np.uint32(min(place, last - 1.0))
+        value = samples[q] + (place - q) * (samples[q + np.uint32(1)] - samples[q])
+        shares[to + c] = min(1.0, value) if place < last else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -185,6 +185,21 @@ def choose(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def choose_flat(
+    goal_axes: Values, goal_table: Values, danger_axes: Values, danger_table: Values, taps: Values, danger: bool,
+    lead: int, first: int, last: int, differs: BoolArray, centre: int, dimension: int, tolerance: float,
+    rationality: float, free: BoolArray, mixture: FloatArray, even: Values, odd: Values, plane: Values, lines: Values,
+    radii: IntArray, offsets: IntArray, words: int, masks: IntArray, odds: FloatArray,
+) -> None:  # fmt: skip
+    """`choose`, its tuples taken apart: to hand them to compiled code one by one takes a tenth of the time."""
+    choose(
+        CostTables(goal_axes, goal_table, danger_axes, danger_table), taps, danger, lead, first, last, differs, centre,
+        dimension, tolerance, rationality, free, mixture, ValueScratch(even, odd, plane, lines),
+        Choices(radii, offsets, words, masks, odds),
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def mark_admissible(free: BoolArray, centre: int, dimension: int, reach: int, radius: int, masks: IntArray) -> None:
     """Bits of the actions that end in a free cell, for the box of `radius`; where there is none, of "stay"."""
     rows = row_count(centre, dimension)

@@ -70,8 +70,8 @@ def _any_within(values: Values, row: int, tap: float, start: int, width: int, li
 
 @njit(cache=True, nogil=True)
 def _mark_group(
-    cost: Values, row: int, aside: float, start: int, width: int, taps: Values, limits: Values, groups: NDArray[np.int32],
-    masks: IntArray, action: int, column: int,
+    cost: Values, row: int, aside: float, start: int, width: int, taps: Values, limits: Values,
+    groups: NDArray[np.int32], masks: IntArray, action: int, column: int,
 ) -> None:  # fmt: skip
     """Set the bits of the actions `action` + u within their limits, u the component along the last axis."""
     count = taps.shape[2]

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -219,6 +219,8 @@ def predict(
 
 def _worth_following(joint: FloatArray) -> FloatArray:
     """Return the weights without those that sum to at most `UNFOLLOWED`; the others make up for them."""
+    if joint.min() > UNFOLLOWED / joint.size:
+        return joint
     small = joint <= UNFOLLOWED / joint.size
     if not joint[small].any():
         return joint
@@ -278,8 +280,12 @@ def first_action_probabilities(
 
 def action_velocities(model: HumanModel, lattice: Lattice, time_step: float) -> FloatArray:
     """(n, d) m/s, the actions in the world frame, in the order of `ActionSet.multiples`."""
-    multiples = ActionSet(speed=1.0, reach=model.reach, dimension=lattice.dimension).multiples
-    return multiples @ (lattice.spacing / time_step * lattice.rotation.T)
+    return _unit_velocities(model.reach, lattice.dimension) @ (lattice.spacing / time_step * lattice.rotation.T)
+
+
+@lru_cache(maxsize=16)
+def _unit_velocities(reach: int, dimension: int) -> FloatArray:
+    return ActionSet(speed=1.0, reach=reach, dimension=dimension).velocities
 
 
 def _read_only(array: FloatArray) -> FloatArray:

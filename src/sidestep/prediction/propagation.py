@@ -213,13 +213,13 @@ class Scene:
         """Add to the mid-steps, once all hypotheses are in, what moves at random."""
         given, own = self.given, self._constants
         add_midway(
-            blocks, given.offsets, given.reach, given.dimension, given.randomness, given.admissible.masks, given.middle,
+            blocks, given.offsets, given.reach, given.dimension, given.randomness, given.walls, given.middle,
             own.scratch, own.line,
         )  # fmt: skip
 
     def unmoved(self, goal: int) -> bool:
         """Whether the robot provably changes nothing that a person with this goal does."""
-        return not np.any(self._policies[goal].differs)
+        return not self._policies[goal].differs.any()
 
     def first_actions(self, goal: int, beta: float, actions: FloatArray) -> None:
         """Write P(u | x; goal, β) at the anchor now into `actions` (n,)."""
@@ -236,11 +236,13 @@ class Scene:
         results: Results,
         actions: FloatArray | None,
     ) -> None:
-        own = self._constants
+        own, behaviour = self._constants, self._behave(goal, first, last, concerned > 0)
+        calm, minding = behaviour.undisturbed, behaviour.concerned
         propagate(
-            self._behave(goal, first, last, concerned > 0), self.given, first, last, weight, concerned, own.field,
-            own.scratch, own.line, own.lost, results.blocks, results.contact,
-            np.zeros(0) if actions is None else actions,
+            behaviour.mixture, behaviour.tables, behaviour.used, behaviour.differs, calm.words, calm.radii,
+            calm.offsets, calm.masks, calm.odds, minding.radii, minding.offsets, minding.masks, minding.odds,
+            *self.given, first, last, weight, concerned, own.field, own.scratch, own.line, own.lost, results.blocks,
+            results.contact, np.zeros(0) if actions is None else actions,
         )  # fmt: skip
 
     def _behave(self, goal: int, first: int, last: int, minding: bool) -> Behaviour:
@@ -328,7 +330,7 @@ def _conditions(
         dimension=grid.dimension,
         reach=reach,
         randomness=float(randomness),
-        admissible=constants.nobody if walls is None else admissible_actions(grid, walls, horizon),
+        walls=constants.nobody.masks if walls is None else admissible_actions(grid, walls, horizon).masks,
         same=constants.same,
         centre=reach * horizon,
         middle=middle,
