@@ -8,7 +8,7 @@ from numba import njit
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def take_steps(flat: FloatArray, offsets: IntArray, radii: IntArray, dimension: int, steps: FloatArray) -> None:
     """Lay out the even blocks; cells farther than radii[2k] from the anchor hold nothing at step k.
 

@@ -9,7 +9,7 @@ from numba import njit
 from sidestep.types import FloatArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def closest_approach(
     way: FloatArray, step: float, since: float, start: FloatArray, velocity: FloatArray, ahead: float
 ) -> tuple[float, float]:

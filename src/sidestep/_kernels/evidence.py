@@ -16,7 +16,7 @@ FLOOR = 1e-12
 """Keeps every hypothesis alive when millions of likelihoods have been multiplied."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def action_weights(
     velocities: FloatArray, displacement: FloatArray, elapsed: float, covariance: FloatArray
 ) -> FloatArray:
@@ -50,7 +50,7 @@ def action_weights(
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def normalised(weights: FloatArray) -> FloatArray:
     """Every weight at least `FLOOR`, all of them summing to 1."""
     out = np.empty_like(weights)
@@ -65,7 +65,7 @@ def normalised(weights: FloatArray) -> FloatArray:
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def relaxed(weights: FloatArray, keep: float, concerned: float) -> FloatArray:
     """Awareness mixed with the prior P(β = 1) = `concerned`, apart for each goal; `keep` of it stays."""
     out = np.empty_like(weights)
@@ -76,7 +76,7 @@ def relaxed(weights: FloatArray, keep: float, concerned: float) -> FloatArray:
     return normalised(out)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def observed(weights: FloatArray, likelihood: FloatArray, share: float) -> FloatArray:
     """Bayes' rule with the likelihood (G, 2) to the power `share`; unchanged where it says nothing."""
     highest = 0.0
@@ -94,7 +94,7 @@ def observed(weights: FloatArray, likelihood: FloatArray, share: float) -> Float
     return normalised(out)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def goals_relaxed(weights: FloatArray, goals: FloatArray, keep: float) -> FloatArray:
     """Goals mixed with the probabilities `goals` (G,); `keep` of them stays, and so does P(β | goal)."""
     out = np.empty_like(weights)
@@ -105,7 +105,7 @@ def goals_relaxed(weights: FloatArray, goals: FloatArray, keep: float) -> FloatA
     return normalised(out)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def goal_likelihood(probabilities: FloatArray, weights: FloatArray) -> FloatArray:
     """(G, 2) Σ_u P(u; goal, β)·weights[u]; ones where that is zero everywhere or there are no weights."""
     out = np.ones(probabilities.shape[:2])
@@ -120,7 +120,7 @@ def goal_likelihood(probabilities: FloatArray, weights: FloatArray) -> FloatArra
     return out if highest > 0.0 else np.ones(probabilities.shape[:2])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def weigh_action(
     weights: FloatArray,
     probabilities: FloatArray,

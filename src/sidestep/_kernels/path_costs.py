@@ -10,7 +10,7 @@ from numba import njit
 from sidestep.types import FloatArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def half_instants(path: FloatArray) -> FloatArray:
     """(2N, 3) m, where a robot on `path` (N+1, d) m is at half instants 1..2N; missing leading axes are 0."""
     steps, d = path.shape[0] - 1, path.shape[1]
@@ -22,7 +22,7 @@ def half_instants(path: FloatArray) -> FloatArray:
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def goal_costs(points: FloatArray, goal: FloatArray, weight: FloatArray, squared: bool) -> FloatArray:
     """Straight-line goal cost (M,) at `points` (M, d) m: ‖x−g‖²_θ5 if `squared`, else ‖θ5·(x−g)‖; θ5 is (d,)."""
     out = np.empty(points.shape[0])
@@ -35,7 +35,7 @@ def goal_costs(points: FloatArray, goal: FloatArray, weight: FloatArray, squared
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def motion_cost(
     path: FloatArray,
     at_goal: FloatArray,
@@ -79,7 +79,7 @@ def motion_cost(
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def top_speed(path: FloatArray, time_step: float, box: bool) -> float:
     """m/s, highest speed along `path` (N+1, d) m: of an axis if `box`, else the norm; nan if a position is."""
     highest = 0.0
@@ -94,7 +94,7 @@ def top_speed(path: FloatArray, time_step: float, box: bool) -> float:
     return highest
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def straight_motion_cost(
     path: FloatArray,
     goal: FloatArray,

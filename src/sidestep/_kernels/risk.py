@@ -18,7 +18,7 @@ EXACT = 1e-5
 """Probability that the risk of a spread-out person may be too high by, never too low."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def mass_within(
     points: FloatArray,
     instants: IntArray,
@@ -79,7 +79,7 @@ def mass_within(
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def mass_near(
     points: FloatArray,
     instants: IntArray,
@@ -148,6 +148,7 @@ def mass_near(
             continue
         r0, r1, r2 = r * active[0], r * active[1], r * active[2]
         curve = samples[block]
+        per_sample, offset, top = 1.0 / step, first / step, last - 1e-9
         total = outside[block]
         for i in range(low[0], high[0] + 1):
             for j in range(low[1], high[1] + 1):
@@ -165,7 +166,8 @@ def mass_near(
                 for c in range(n):  # apart from the look-up below, so that it runs on whole registers
                     along = start + c
                     x = spacing * math.sqrt(aside + along * along) - radius
-                    place[c] = min((x / (abs(x) + scale) - first) / step, last - 1e-9)
+                    t = x / (abs(x) + scale) * per_sample - offset
+                    place[c] = t if t < top else top
                 for c in range(n):
                     q = np.uint32(place[c])
                     total += flat[at + c] * (curve[q] + (place[c] - q) * (curve[q + 1] - curve[q]))
@@ -173,7 +175,7 @@ def mass_near(
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def row_spans(
     flat: FloatArray, offsets: IntArray, radii: IntArray, active: IntArray, tolerance: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
@@ -213,7 +215,7 @@ def row_spans(
     return spans, starts, outside
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _cutoff(block: FloatArray, tolerance: float) -> float:
     """Largest power of two such that all smaller masses together weigh at most `tolerance`."""
     if tolerance <= 0.0:
@@ -235,7 +237,7 @@ def _cutoff(block: FloatArray, tolerance: float) -> float:
     return 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def compact(
     flat: FloatArray,
     offsets: IntArray,

@@ -22,7 +22,7 @@ LOWEST_STEP = 0.02
 """Part of the limit below which no step of a staircase lies."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _add_ball(
     ends: FloatArray,
     c0: float,
@@ -64,7 +64,7 @@ def _add_ball(
     box[5] = max(box[5], last)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _merge(ends: FloatArray, out: NDArray[np.float32], size: IntArray, box: IntArray) -> bool:
     """Sum up one person's differences within `box` and combine them with those before, 1 − Π(1 − P).
 
@@ -86,7 +86,7 @@ def _merge(ends: FloatArray, out: NDArray[np.float32], size: IntArray, box: IntA
     return largest > 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _places(cells: FloatArray, origin: FloatArray, spacing: float, bounds: FloatArray) -> FloatArray:
     """Cells (M, 3) m in cells of the robot's lattice, and the lowest and highest of them in `bounds` (2, 3)."""
     out = np.empty(cells.shape)
@@ -101,7 +101,7 @@ def _places(cells: FloatArray, origin: FloatArray, spacing: float, bounds: Float
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _gap(bounds: FloatArray, low: IntArray, size: IntArray) -> float:
     """Cells between a box of the lattice and the box around the places."""
     total = 0.0
@@ -111,7 +111,7 @@ def _gap(bounds: FloatArray, low: IntArray, size: IntArray) -> float:
     return math.sqrt(total)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _add_narrow(
     places: FloatArray,
     masses: FloatArray,
@@ -153,7 +153,7 @@ def _add_narrow(
     return _merge(ends, out, size, box)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def rasterise_all(
     cells: FloatArray,
     masses: FloatArray,

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sweep_risk(
     start: FloatArray,
     velocities: FloatArray,
@@ -40,6 +41,7 @@ def sweep_risk(
             offset[h, a] = positions[h, a] - start[a]
             gap += offset[h, a] ** 2
         close[h] = math.sqrt(gap)
+    apart = _apart(close, velocities, person, actions, probabilities, distances, sigmas, interval)
     for m in range(count):
         h = -1
         total = 0.0
@@ -54,7 +56,7 @@ def sweep_risk(
                     for a in range(d):
                         toward += velocities[m, a] * offset[h, a]
                     approach[m] = max(approach[m], toward / max(close[h], 1e-9))
-            if close[h] < distances[h] or probabilities[n] <= 0.0:
+            if apart[h] or close[h] < distances[h] or probabilities[n] <= 0.0:
                 continue
             speed = 0.0
             along = 0.0
@@ -79,7 +81,40 @@ def sweep_risk(
     return 1.0 - clear, approach
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def _apart(
+    close: FloatArray,
+    velocities: FloatArray,
+    person: IntArray,
+    actions: FloatArray,
+    probabilities: FloatArray,
+    distances: FloatArray,
+    sigmas: FloatArray,
+    interval: float,
+) -> NDArray[np.bool_]:
+    """(P,) whether a person and the robot cannot meet in the interval, whatever either does."""
+    out = np.zeros(close.size, np.bool_)
+    fastest, own = np.zeros(close.size), 0.0
+    for m in range(velocities.shape[0]):
+        own = max(own, _square(velocities[m]))
+    for n in range(person.size):
+        if probabilities[n] > 0.0:
+            fastest[person[n]] = max(fastest[person[n]], _square(actions[n]))
+    for h in range(close.size):
+        closing = interval * (math.sqrt(own) + math.sqrt(fastest[h]))
+        out[h] = close[h] - closing > distances[h] + 9.0 * sigmas[h]
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _square(vector: FloatArray) -> float:
+    total = 0.0
+    for a in range(vector.size):
+        total += vector[a] * vector[a]
+    return total
+
+
+@njit(cache=True, error_model="numpy")
 def charge_first_step(
     velocities: FloatArray,
     risk: FloatArray,
@@ -103,7 +138,7 @@ def charge_first_step(
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def forbid_changes(velocities: FloatArray, now: FloatArray, largest: float, costs: FloatArray) -> None:
     """Make velocities (M, d) m/s that differ from `now` by more than `largest` cost inf, in place."""
     for m in range(costs.size):

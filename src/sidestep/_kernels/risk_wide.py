@@ -28,7 +28,7 @@ LEAST = 0.01
 """Part of the limit below which a blob is cut off."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def level_of(sigma: float, spacing: float) -> int:
     """Return the coarsest level at which a blob is wide; 0: none."""
     level = 0
@@ -37,7 +37,7 @@ def level_of(sigma: float, spacing: float) -> int:
     return level
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _kernel(
     radius: float, weights: FloatArray, sigmas: FloatArray, h: float, active: IntArray, table: FloatArray, least: float
 ) -> FloatArray:
@@ -73,7 +73,7 @@ def _kernel(
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _share_out(
     places: FloatArray, masses: FloatArray, scale: float, active: IntArray, low: IntArray, out: FloatArray
 ) -> None:
@@ -93,7 +93,7 @@ def _share_out(
                     out[i + p, j + q, k + 1] += part * c
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _blur(
     source: FloatArray, source_low: IntArray, kernel: FloatArray, out: FloatArray, low: IntArray, size: IntArray
 ) -> None:
@@ -120,7 +120,7 @@ def _blur(
                             row[c] += mass * weight[c]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def coarse_boxes(low: IntArray, size: IntArray, active: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Lowest cells and numbers of cells (LEVELS, 3) of every level that a box of the robot's lattice is read from.
 
@@ -139,7 +139,7 @@ def coarse_boxes(low: IntArray, size: IntArray, active: IntArray) -> tuple[IntAr
     return first, count, starts
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def add_wide(
     level: int,
     places: FloatArray,
@@ -213,7 +213,7 @@ def add_wide(
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def refine(
     coarse: FloatArray,
     coarse_low: IntArray,

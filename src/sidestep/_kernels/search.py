@@ -41,7 +41,7 @@ class Seen(NamedTuple):
     size: IntArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _shifts(taps: IntArray, low: IntArray, table_low: IntArray, size: IntArray) -> IntArray:
     """How far apart, for every tap, its end lies in a table from where a row starts in it that begins at `low`."""
     out = np.empty(taps.shape[0], np.int64)
@@ -50,7 +50,7 @@ def _shifts(taps: IntArray, low: IntArray, table_low: IntArray, size: IntArray) 
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _halfway_shifts(taps: IntArray, active: IntArray, low: IntArray, table_low: IntArray, size: IntArray) -> IntArray:
     """The same for the points halfway, which lie in one table per parity."""
     out = np.empty(taps.shape[0], np.int64)
@@ -62,7 +62,7 @@ def _halfway_shifts(taps: IntArray, active: IntArray, low: IntArray, table_low: 
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _sweep(
     active: IntArray,
     taps: IntArray,
@@ -107,7 +107,7 @@ def _sweep(
                 lower(1, count, effort, arrive, goals, goal, value, at, n)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def solve(
     horizon: int,
     radius: int,
@@ -191,7 +191,7 @@ def solve(
     )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _walk(
     radius: int,
     active: IntArray,

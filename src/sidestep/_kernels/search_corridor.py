@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _risk_near(c: FloatArray, active: IntArray, values: NDArray[np.float32], low: IntArray, size: IntArray) -> float:
     """Risk at c (3,) cells from the robot, interpolated; 1 outside the raster (over `low`, `size`)."""
     total = 0.0
@@ -32,7 +32,7 @@ def _risk_near(c: FloatArray, active: IntArray, values: NDArray[np.float32], low
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _highest_near(
     c: FloatArray, reach: float, active: IntArray, values: NDArray[np.float32], low: IntArray, size: IntArray
 ) -> float:
@@ -52,7 +52,7 @@ def _highest_near(
     return highest
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def corridor(
     doubled: FloatArray,
     directions: FloatArray,
@@ -110,7 +110,7 @@ def corridor(
     return room, slope, level
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def soft_slope(
     slope: FloatArray, level: FloatArray, soft: float, steep: FloatArray, limit: float, dimension: int
 ) -> FloatArray:

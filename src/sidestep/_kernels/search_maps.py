@@ -12,7 +12,7 @@ from sidestep._kernels.walls import interpolate, nearest_sample, wall_distance
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def goal_box(
     origin: FloatArray, goal: FloatArray, weight: FloatArray, squared: bool, spacing: float, half: IntArray
 ) -> tuple[NDArray[np.float32], float]:
@@ -53,7 +53,7 @@ def goal_box(
     return out, lowest
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def field_box(
     origin: FloatArray,
     spacing: float,
@@ -103,7 +103,7 @@ def field_box(
     return out, lowest
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def wall_box(
     origin: FloatArray,
     spacing: float,
