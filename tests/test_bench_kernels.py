@@ -23,7 +23,7 @@ from sidestep.robots import Holonomic, RobotState
 KERNELS = {  # kernel → (the module that calls it, its time over that of the loop at N = 10)
     "lay_out_danger": ("sidestep.human.cost", 0.07),
     "lay_out_actions": ("sidestep.human.cost", 0.02),
-    "choose_flat": ("sidestep.human.policy", 1.2),
+    "choose": ("sidestep.human.policy", 1.2),
     "contact_shares": ("sidestep.prediction.propagation", 0.15),
     "propagate": ("sidestep.prediction.propagation", 0.65),
     "add_midway": ("sidestep.prediction.propagation", 0.05),

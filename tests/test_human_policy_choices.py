@@ -145,8 +145,8 @@ def test_compiled_and_plain_choices_agree(
         choices = boxes([0, 1], d, words, policy.layers * words)._replace(odds=odds)
         kernel = sweep_choices.choose.py_func if plain else sweep_choices.choose
         kernel(
-            policy.costs, policy.actions.taps, True, 1, 0, 2, np.ones(2, np.bool_), policy.grid.centre, d, 1e-6,
-            rationality, policy.free, policy.actions.mixture, value_scratch(policy.grid), choices,
+            *policy.costs, policy.actions.taps, True, 1, 0, 2, np.ones(2, np.bool_), policy.grid.centre, d, 1e-6,
+            rationality, policy.free, policy.actions.mixture, *value_scratch(policy.grid), *choices,
         )  # fmt: skip
         results.append(choices)
     if np.isinf(rationality):

@@ -250,7 +250,7 @@ def test_a_whole_prediction_by_the_python_source(awareness: str, monkeypatch: py
     compiled = masses()
     monkeypatch.setattr("sidestep.prediction.propagation.propagate", push_horizon.propagate.py_func)
     monkeypatch.setattr("sidestep.prediction.propagation.add_midway", push_evenly.add_midway.py_func)
-    as_python(monkeypatch, push_horizon, "_push", "_step", "_read_actions")
+    as_python(monkeypatch, push_horizon, "_step", "_read_actions")
     for found, expected in zip(masses(), compiled, strict=True):
         np.testing.assert_allclose(found, expected, atol=1e-14)
 

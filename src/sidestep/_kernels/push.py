@@ -83,7 +83,7 @@ def place_moves(moves: Moves, rows: int, columns: int, half_radius: int, dimensi
         moves.shifts[e, 1] = (v0 * high + v1) * wide + v2
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _move(
     flat: FloatArray,
     at: int,

@@ -135,29 +135,25 @@ def _step(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _push(
-    behaviour: Behaviour,
-    given: Conditions,
-    first: int,
-    last: int,
-    weight: float,
-    concerned: float,
-    field: FloatArray,
-    scratch: FloatArray,
-    line: FloatArray,
-    lost: IntArray,
-    blocks: FloatArray,
-    contact: FloatArray,
-    actions: FloatArray,
-) -> None:
+def propagate(
+    mixture: FloatArray, tables: FloatArray, used: FloatArray, differs: BoolArray, words: int,
+    calm_radii: IntArray, calm_offsets: IntArray, calm_masks: IntArray, calm_odds: FloatArray,
+    radii: IntArray, choice_offsets: IntArray, masks: IntArray, odds: FloatArray,
+    dimension: int, reach: int, randomness: float, walls: IntArray, same: FloatArray, centre: int, middle: int,
+    boxes: IntArray, shares: FloatArray, offsets: IntArray, midway: bool,
+    first: int, last: int, weight: float, concerned: float, field: FloatArray, scratch: FloatArray, line: FloatArray,
+    lost: IntArray, blocks: FloatArray, contact: FloatArray, actions: FloatArray,
+) -> None:  # fmt: skip
     """Push one hypothesis from instant `first` to `last` and add it to the results.
 
     What has touched the robot is pushed along as well, as "lost" mass, in the box where there is any: it is little and
     near the robot, and what is not lost is the rest.
 
     Args:
-        behaviour: of the hypothesis.
-        given: the same for all hypotheses.
+        mixture, tables, used, differs: of the hypothesis, see `Behaviour`; its choices are taken apart, as is
+            `Conditions`: to hand compiled code a tuple takes longer than to hand it all that is in it.
+        words: see `Choices`; calm_…: the undisturbed choices; radii, choice_offsets, masks, odds: the concerned ones.
+        dimension, … midway: see `Conditions`.
         first: 0, or where the last call stopped; the mass is then taken from `field`.
         last: k of the last step.
         weight: of the hypothesis; the mass starts with it.
@@ -171,7 +167,14 @@ def _push(
         contact: (N,) first-passage probability, added to.
         actions: (n,) written at the first step: P(u | x; goal, β) at the anchor (Eq. 4); or size 0.
     """
-    d, reach, centre = given.dimension, given.reach, given.centre
+    behaviour = Behaviour(
+        mixture, tables, used, Choices(calm_radii, calm_offsets, words, calm_masks, calm_odds),
+        Choices(radii, choice_offsets, words, masks, odds), differs,
+    )  # fmt: skip
+    given = Conditions(
+        dimension, reach, randomness, walls, same, centre, middle, boxes, shares, offsets, midway
+    )  # fmt: skip
+    d = dimension
     c0, c1 = axis_radius(centre, d)
     rows = (2 * c0 + 1) * row_count(centre, d)
     halves = blocks if given.midway else blocks[:0]
@@ -209,26 +212,3 @@ def _push(
             )  # fmt: skip
         contact[k] += remove_contact(field, there, 2 * rows + there, centre, d, given.boxes, given.shares, k + 1)
         lost[:] = lost_to
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def propagate(
-    mixture: FloatArray, tables: FloatArray, used: FloatArray, differs: BoolArray, words: int,
-    calm_radii: IntArray, calm_offsets: IntArray, calm_masks: IntArray, calm_odds: FloatArray,
-    radii: IntArray, choice_offsets: IntArray, masks: IntArray, odds: FloatArray,
-    dimension: int, reach: int, randomness: float, walls: IntArray, same: FloatArray, centre: int, middle: int,
-    boxes: IntArray, shares: FloatArray, offsets: IntArray, midway: bool,
-    first: int, last: int, weight: float, concerned: float, field: FloatArray, scratch: FloatArray, line: FloatArray,
-    lost: IntArray, blocks: FloatArray, contact: FloatArray, actions: FloatArray,
-) -> None:  # fmt: skip
-    """`_push`, its tuples taken apart: to hand them to compiled code one by one takes a tenth of the time."""
-    behaviour = Behaviour(
-        mixture, tables, used, Choices(calm_radii, calm_offsets, words, calm_masks, calm_odds),
-        Choices(radii, choice_offsets, words, masks, odds), differs,
-    )  # fmt: skip
-    given = Conditions(
-        dimension, reach, randomness, walls, same, centre, middle, boxes, shares, offsets, midway
-    )  # fmt: skip
-    _push(
-        behaviour, given, first, last, weight, concerned, field, scratch, line, lost, blocks, contact, actions
-    )  # fmt: skip

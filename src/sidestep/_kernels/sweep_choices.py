@@ -117,26 +117,16 @@ def _heed_walls(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def choose(
-    costs: CostTables,
-    taps: Values,
-    danger: bool,
-    lead: int,
-    first: int,
-    last: int,
-    differs: BoolArray,
-    centre: int,
-    dimension: int,
-    tolerance: float,
-    rationality: float,
-    free: BoolArray,
-    mixture: FloatArray,
-    scratch: ValueScratch,
-    choices: Choices,
-) -> None:
+    goal_axes: Values, goal_table: Values, danger_axes: Values, danger_table: Values, taps: Values, danger: bool,
+    lead: int, first: int, last: int, differs: BoolArray, centre: int, dimension: int, tolerance: float,
+    rationality: float, free: BoolArray, mixture: FloatArray, even: Values, odd: Values, plane: Values, lines: Values,
+    radii: IntArray, offsets: IntArray, words: int, masks: IntArray, odds: FloatArray,
+) -> None:  # fmt: skip
     """Sweep policies first ≤ k < last and write their choices.
 
     Args:
-        costs: stage costs.
+        goal_axes, goal_table, danger_axes, danger_table: see `CostTables`; like the other tuples they come one by one,
+            as to hand compiled code a tuple takes longer.
         taps: (M, 3, T) cost of the components of the M actions ahead.
         danger: β.
         lead: 1 if the robot's motion is anticipated, 0 if it is taken to stay where it is.
@@ -149,9 +139,11 @@ def choose(
         rationality: 1/cost, or inf.
         free: cells a person may occupy, laid out as values, or size 0.
         mixture: (3, T, T) what a chosen component stands for.
-        scratch: for values.
-        choices: written to.
+        even, odd, plane, lines: see `ValueScratch`.
+        radii, offsets, words, masks, odds: see `Choices`; written to.
     """
+    costs = CostTables(goal_axes, goal_table, danger_axes, danger_table)
+    scratch, choices = ValueScratch(even, odd, plane, lines), Choices(radii, offsets, words, masks, odds)
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     r0, r1 = axis_radius(taps.shape[2] // 2, dimension)
@@ -182,21 +174,6 @@ def choose(
             if free.size > 0:
                 for c in range(width):
                     _heed_walls(free, row, rows, centre - radius + c, mixture, dimension, choices, at + c)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def choose_flat(
-    goal_axes: Values, goal_table: Values, danger_axes: Values, danger_table: Values, taps: Values, danger: bool,
-    lead: int, first: int, last: int, differs: BoolArray, centre: int, dimension: int, tolerance: float,
-    rationality: float, free: BoolArray, mixture: FloatArray, even: Values, odd: Values, plane: Values, lines: Values,
-    radii: IntArray, offsets: IntArray, words: int, masks: IntArray, odds: FloatArray,
-) -> None:  # fmt: skip
-    """`choose`, its tuples taken apart: to hand them to compiled code one by one takes a tenth of the time."""
-    choose(
-        CostTables(goal_axes, goal_table, danger_axes, danger_table), taps, danger, lead, first, last, differs, centre,
-        dimension, tolerance, rationality, free, mixture, ValueScratch(even, odd, plane, lines),
-        Choices(radii, offsets, words, masks, odds),
-    )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from sidestep._kernels.sweep import CostTables, Values, sweep
-from sidestep._kernels.sweep_choices import Choices, ValueScratch, choose_flat, mark_admissible
+from sidestep._kernels.sweep_choices import Choices, ValueScratch, choose, mark_admissible
 from sidestep._kernels.sweep_marks import WORD
 from sidestep._kernels.sweep_tables import axis_policies
 from sidestep.errors import InvalidInput
@@ -83,7 +83,7 @@ class GoalPolicy:
         self, danger: bool, first: int, last: int, lead: int, wanted: BoolArray, scratch: ValueScratch, choices: Choices
     ) -> None:
         """Write the choices of the policies first ≤ k < last that are `wanted`, with the danger term or without."""
-        choose_flat(
+        choose(
             *self.costs, self.actions.taps, danger, lead, first, last, wanted, self.grid.centre, self.grid.dimension,
             self.grid.tolerance, self.rationality, self.free, self.actions.mixture, *scratch, *choices,
         )  # fmt: skip
