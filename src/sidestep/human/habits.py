@@ -87,11 +87,14 @@ class Habits:
         return _standing(self.settings, self.velocity, self.mean_velocity)
 
     @property
+    def slow(self) -> bool:
+        """Whether the present velocity is below walking."""
+        return math.hypot(*self.velocity) < self.settings.standing_speed
+
+    @property
     def modes(self) -> Vector:
-        """(3,) prior probabilities that the person keeps the present velocity, keeps the mean one, stands still."""
-        s = self.settings
-        slow = math.hypot(*self.velocity) < s.standing_speed
-        return np.array(s.standing_modes if slow else s.walking_modes)
+        """(3,) prior probabilities that the person keeps the present velocity, keeps the mean one, comes to a stop."""
+        return np.array(self.settings.standing_modes if self.slow else self.settings.walking_modes)
 
     def spread(self, times: VectorLike | FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mixture of isotropic Gaussians around the predicted position.

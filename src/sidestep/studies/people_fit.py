@@ -30,6 +30,7 @@ FEWEST = 30
 ITERATIONS = 25
 RIDGE = 1e-3  # pull to the starting values, per unit² of each parameter: what the tracks do not tell stays
 _LOWEST_OMEGA = 1e-4
+_SHORTEST_STOP = 0.1  # s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +68,7 @@ def uninformed(model: HumanModel) -> HumanModel:
         standing_exponent=1.0,
         floor=0.03,
         walking_modes=(0.6, 0.3, 0.1),
+        slowing_time=2.0,
         standing_modes=(0.4, 0.1, 0.5),
         changed_before=0.05,
     )
@@ -83,6 +85,7 @@ def packed(model: HumanModel) -> FloatArray:
             np.log(s.scales[0]), s.prior_class, np.log(s.prior_width), s.standing_class, np.log(s.standing_width),
             np.log(s.tempering), s.walking_exponent, s.standing_exponent, np.log(s.floor),
             *(walking[:2] - walking[2]), *(standing[:2] - standing[2]), np.log(max(random, _LOWEST_OMEGA)),
+            np.log(max(s.slowing_time, _SHORTEST_STOP)),
         ]
     )  # fmt: skip
 
@@ -105,6 +108,7 @@ def unpacked(values: FloatArray, model: HumanModel) -> HumanModel:
         floor=float(np.exp(values[8])),
         walking_modes=walking,
         standing_modes=standing,
+        slowing_time=float(np.exp(np.clip(values[14], np.log(_SHORTEST_STOP), 4.0))) if s.slowing_time > 0 else 0.0,
         changed_before=random if model.online_randomness else s.changed_before,
     )
     return replace(model, habits=habits, randomness=model.randomness if model.online_randomness else random)
