@@ -72,7 +72,7 @@ class HabitSettings:
     counts_before: float = 0.5
     forgetting: float = 0.93
     randomness_range: tuple[float, float] = (0.002, 0.6)
-    walking_modes: tuple[float, float, float] = (0.70, 0.29, 0.01)
+    walking_modes: tuple[float, float, float] = (0.66, 0.26, 0.08)
     standing_modes: tuple[float, float, float] = (0.44, 0.08, 0.48)
     slowing_time: float = 2.0
     mean_time: float = 3.0
@@ -130,4 +130,5 @@ def class_tables(settings: HabitSettings) -> ClassTables:
 
 def _log_bell(index: IntArray, middle: float, width: float) -> FloatArray:
     bell = -0.5 * ((index - middle) / width) ** 2
+    bell -= bell.max()  # a bell far beyond the classes leaves one of them, not none
     return frozen_array(bell - np.log(np.exp(bell).sum()))

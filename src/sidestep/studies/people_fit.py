@@ -91,27 +91,36 @@ def packed(model: HumanModel) -> FloatArray:
 
 
 def unpacked(values: FloatArray, model: HumanModel) -> HumanModel:
-    """Return `model` with the fitted parameters of `values`."""
+    """Return `model` with the fitted parameters of `values`; a step of the search that goes far astray is cut short."""
     s = model.habits
     walking, standing = (_shares(values[i : i + 2]) for i in (9, 11))
-    random = float(np.exp(min(values[13], 0.0)))
+    random = _positive(values[13], _LOWEST_OMEGA, 1.0)
+    smallest = _positive(values[0], 1e-4, 1.0)
     habits = replace(
         s,
-        scales=tuple(float(np.exp(values[0])) * c / s.scales[0] for c in s.scales),
-        prior_class=float(values[1]),
-        prior_width=float(np.exp(values[2])),
-        standing_class=float(values[3]),
-        standing_width=float(np.exp(np.clip(values[4], -3.0, 4.0))),
-        tempering=float(np.exp(values[5])),
-        walking_exponent=float(max(values[6], 0.0)),
-        standing_exponent=float(max(values[7], 0.0)),
-        floor=float(np.exp(values[8])),
+        scales=tuple(smallest * (c / s.scales[0]) for c in s.scales),
+        prior_class=_between(values[1], -3.0, len(s.scales) + 3.0),
+        prior_width=_positive(values[2], 0.05, 60.0),
+        standing_class=_between(values[3], -3.0, len(s.scales) + 3.0),
+        standing_width=_positive(values[4], 0.05, 60.0),
+        tempering=_positive(values[5], 1e-3, 10.0),
+        walking_exponent=_between(values[6], 0.0, 4.0),
+        standing_exponent=_between(values[7], 0.0, 4.0),
+        floor=_positive(values[8], 1e-3, 1.0),
         walking_modes=walking,
         standing_modes=standing,
-        slowing_time=float(np.exp(np.clip(values[14], np.log(_SHORTEST_STOP), 4.0))) if s.slowing_time > 0 else 0.0,
+        slowing_time=_positive(values[14], _SHORTEST_STOP, 60.0) if s.slowing_time > 0 else 0.0,
         changed_before=random if model.online_randomness else s.changed_before,
     )
     return replace(model, habits=habits, randomness=model.randomness if model.online_randomness else random)
+
+
+def _between(value: float, low: float, high: float) -> float:
+    return float(min(max(value, low), high))
+
+
+def _positive(logarithm: float, low: float, high: float) -> float:
+    return _between(float(np.exp(min(logarithm, 9.0))), low, high)
 
 
 def fit_features(data: Features, model: HumanModel, *, iterations: int = ITERATIONS) -> HumanModel:
