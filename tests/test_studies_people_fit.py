@@ -185,3 +185,7 @@ def test_the_prediction_study_scores_everybody_on_the_same_moments() -> None:
         counts[r["scene"], r["horizon"]].add(r["moments"])
     assert all(len(found) == 1 for found in counts.values())
     assert {"sidestep", "constant-velocity", "sidestep-no-filter"} <= {r["predictor"] for r in rows}
+    hard = {(r["scene"], r["horizon"]): r["nll"] for r in rows if r["predictor"] == "constant-velocity"}
+    for r in rows:
+        assert r["over"] == pytest.approx(r["nll"] - hard[r["scene"], r["horizon"]], abs=1e-9)
+        assert r["over_se"] >= 0.0
