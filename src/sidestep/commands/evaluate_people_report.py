@@ -64,8 +64,8 @@ _REMARKS = {
     "prediction": "The baseline has errors of its own along and across the heading; ours are the same in every "
     "direction. Recordings were smoothed by those who made them, and the same people occur in several scenes of CITR.",
     "awareness": "Most encounters begin with a course that only just leads too close, so that *reacted* also counts "
-    'people whose step had wavered; the share of placebos that "reacted" says how often. Where few of the reactions have '
-    "begun, nothing about the motion can tell who will react.",
+    'people whose step had wavered; the share of placebos that "reacted" says how often. Where few of the reactions '
+    "have begun, nothing about the motion can tell who will react.",
     "replay": "Nobody makes room for the robot here, so that waiting and going around is all that is left to it. How "
     "long planning takes is measured elsewhere, on a machine that does nothing else.",
 }
