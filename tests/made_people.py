@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep.human.goals import DirectionGoal, Goal, PointGoal, StandGoal
+from sidestep.human.goals import DirectionGoal, Goal, PointGoal, SlowingGoal, StandGoal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
 from sidestep.prediction.occupancy import Prediction, Removal, frame_of, predict
@@ -47,9 +47,11 @@ def draw_model(rng: np.random.Generator, d: int, reach: int, horizon: int) -> Hu
 
 
 def draw_goal(rng: np.random.Generator, d: int) -> Goal:
-    kind = rng.integers(4)
+    kind = rng.integers(5)
     if kind == 0:
         return StandGoal()
+    if kind == 4:
+        return SlowingGoal(rng.normal(size=d), rng.uniform(0.2, 3.0))
     if kind == 1:
         return DirectionGoal(rng.normal(size=d))
     return PointGoal(3.0 * rng.normal(size=d))

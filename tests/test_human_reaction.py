@@ -164,3 +164,13 @@ def test_actions_are_the_evidence_where_the_model_says_so_or_the_goal_is_known()
 def test_wrong_constants_are_named(name: str, value: float) -> None:
     with pytest.raises(InvalidInput, match=f"human.reaction.{name}"):
         ReactionSettings(**{name: value})
+
+
+def test_who_has_cleared_the_way_is_remembered_for_having_done_so() -> None:
+    """Two seconds after the turn nobody is on a collision course any more; what they did about it still counts."""
+    kept = seen_by(makes_room, last=4.4)
+    forgetful = HumanModel(reaction=replace(ReactionSettings(), remembered=0.0))
+    lost = seen_by(makes_room, last=4.4, model=forgetful)
+    assert lost[-1].belief.concerned < max(mind.belief.concerned for mind in lost) - 0.05
+    assert kept[-1].belief.concerned > max(mind.belief.concerned for mind in kept) - 0.01
+    assert kept[-1].belief.concerned > lost[-1].belief.concerned + 0.05

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from sidestep import belief as bayes
 from sidestep import minds
 from sidestep.human.actions import ActionSet
-from sidestep.human.goals import DirectionGoal, PointGoal, StandGoal
+from sidestep.human.goals import DirectionGoal, PointGoal, SlowingGoal, StandGoal
+from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.minds import Mind
@@ -91,7 +92,11 @@ def test_goals_are_given_listed_or_directions() -> None:
     stranger = PersonObservation(id="b", position=(0.0, 0.0), velocity=(1.0, 0.0))
     assert len(minds.meet(stranger, listed, 0.0).goals) == 3
     kinds = [type(g) for g in minds.meet(stranger, HumanModel(), 0.0).goals]
-    assert kinds == [DirectionGoal, DirectionGoal, StandGoal]
+    assert kinds == [DirectionGoal, DirectionGoal, SlowingGoal]
+    abrupt = HumanModel(habits=HabitSettings(slowing_time=0.0))
+    assert isinstance(minds.meet(stranger, abrupt, 0.0).goals[2], StandGoal)
+    stander = PersonObservation(id="c", position=(0.0, 0.0), velocity=(0.0, 0.0))
+    assert isinstance(minds.meet(stander, HumanModel(), 0.0).goals[2], StandGoal)
 
 
 def test_other_candidate_goals_leave_awareness_and_habits_as_they_are_known() -> None:

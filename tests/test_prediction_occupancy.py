@@ -13,7 +13,7 @@ from scipy.stats import ncx2
 from alternatives import occupancy as twin
 from made_people import TIME_STEP, Encounter, draw_encounter, predicted
 from sidestep.errors import InvalidInput
-from sidestep.human.goals import StandGoal
+from sidestep.human.goals import SlowingGoal, StandGoal
 from sidestep.human.model import HumanModel
 from sidestep.prediction.occupancy import (
     Prediction,
@@ -195,3 +195,17 @@ def test_hypotheses_that_next_to_nobody_believes_in_are_not_followed_but_still_t
     np.testing.assert_allclose(few.occupancy.probability.sum(axis=(1, 2)), 1.0, atol=1e-14)
     np.testing.assert_allclose(few.contact, whole.contact, atol=2e-9, rtol=0)
     np.testing.assert_allclose(few.action_probabilities, whole.action_probabilities, atol=1e-14)
+
+
+def test_who_slows_down_is_on_average_where_a_falling_pace_leads() -> None:
+    model = HumanModel(randomness=0.0)
+    velocity, time, step = np.array([0.9, 0.6]), 1.7, 0.4
+    prediction = predict(
+        model=model, lattice=frame_of(model, np.zeros(2), velocity, step), goals=[SlowingGoal(velocity, time)],
+        weights=[[0.3, 0.7]], robot_path=np.zeros((23, 2)), horizon=10, time_step=step,
+    )  # fmt: skip
+    places = prediction.occupancy.lattice.positions()
+    for k, mass in enumerate(prediction.occupancy.probability):
+        gone = velocity * time * (1.0 - np.exp(-k * step / time))
+        np.testing.assert_allclose((mass[..., None] * places).sum(axis=(0, 1)), gone, atol=1e-9)
+    np.testing.assert_allclose(prediction.occupancy.probability.sum(axis=(1, 2)), 1.0, atol=1e-12)

@@ -94,13 +94,15 @@ def test_the_awareness_study_counts_what_there_is() -> None:
         "walks": scene(crossing(False), car(), name="walks"),
     }
     rows = awareness_study(recordings, HumanModel(), CAR)
-    assert [r["delay"] for r in rows] == [0.5, 1.0, 1.5]
+    assert [r["delay"] for r in rows] == [0.5, 1.0, 1.5, 2.0]
     for r in rows:
         assert (r["encounters"], r["reacted"]) == (2, 1)
         assert r["base_log_loss"] == pytest.approx(np.log(2.0))
         low, high = r["auc_ci95"]
         assert low <= r["auc"] <= high
-    assert [r["auc"] for r in rows] == [0.5, 1.0, 1.0]  # they stop 0.6 s after the onset
+    assert [r["auc"] for r in rows] == [0.5, 1.0, 1.0, 1.0]  # they stop 0.6 s after the onset
+    assert [r["begun"] for r in rows] == [0.0, 1.0, 1.0, 1.0]
+    assert [r["gain_auc"] for r in rows] == [0.5, 1.0, 1.0, 1.0]
     nobody = awareness_study({"empty": scene(straight("q", (0.0, 0.0), (1.0, 0.0)))}, HumanModel(), CAR)
     assert nobody[0]["encounters"] == 0
     assert nobody[0]["auc"] is None

@@ -16,7 +16,7 @@ from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.model import HumanModel
 from sidestep.io.human_models import read_human_model, write_human_model
 from sidestep.io.scenarios import load_scenario
-from sidestep.simulation.recordings import Recording
+from sidestep.simulation.recordings import Recording, Track
 from sidestep.studies.people_features import class_weights, features, losses
 from sidestep.studies.people_fit import fit_model, packed, unpacked, walking_speeds
 from sidestep.studies.people_grid import masses, reach_of, score
@@ -56,6 +56,31 @@ def test_packing_loses_nothing() -> None:
         assert packed(back) == pytest.approx(packed(model), abs=1e-9)
         assert back.randomness == pytest.approx(model.randomness)
         assert sum(back.habits.walking_modes) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("far", [-1e3, -30.0, 30.0, 1e3])
+def test_a_search_that_goes_astray_still_has_a_likelihood(seen: list[Moment], far: float) -> None:
+    model = HumanModel()
+    for i in range(len(packed(model))):
+        values = packed(model)
+        values[i] = far
+        assert np.isfinite(losses(features(seen[:4], INDICES), unpacked(values, model))).all()
+
+
+def test_people_who_came_to_a_stop_are_better_told_by_a_pace_that_falls() -> None:
+    """They walk for a while, then go ever more slowly; told before they begin."""
+    time = np.arange(0.0, 9.0, 0.1)
+    gone = np.where(time < 3.6, 1.2 * time, 1.2 * 3.6 + 1.2 * 1.5 * -np.expm1(-(time - 3.6) / 1.5))
+    tracks = tuple(
+        Track(agent=f"p{i}", kind="ped", time=time, positions=np.stack([gone + 0.3 * i, 0.0 * gone + i], axis=1))
+        for i in range(3)
+    )
+    model = HumanModel(habits=HabitSettings(walking_modes=(0.5, 0.2, 0.3), slowing_time=1.5))
+    abrupt = replace(model, habits=replace(model.habits, slowing_time=0.0))
+    told = [m for m in moments(Recording(name="a", tracks=tracks), model, every=0.8) if m.time < 4.0]
+    assert len(told) >= 3
+    laid = features(told, [HORIZONS.index(2.4)])
+    assert losses(laid, model).mean() < losses(laid, abrupt).mean() - 0.3
 
 
 def test_too_few_people_are_refused() -> None:
@@ -160,3 +185,7 @@ def test_the_prediction_study_scores_everybody_on_the_same_moments() -> None:
         counts[r["scene"], r["horizon"]].add(r["moments"])
     assert all(len(found) == 1 for found in counts.values())
     assert {"sidestep", "constant-velocity", "sidestep-no-filter"} <= {r["predictor"] for r in rows}
+    hard = {(r["scene"], r["horizon"]): r["nll"] for r in rows if r["predictor"] == "constant-velocity"}
+    for r in rows:
+        assert r["over"] == pytest.approx(r["nll"] - hard[r["scene"], r["horizon"]], abs=1e-9)
+        assert r["over_se"] >= 0.0

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from sidestep.human.goals import DirectionGoal, Goal, PointGoal
+from sidestep.human.goals import DirectionGoal, Goal, PointGoal, SlowingGoal
 from sidestep.minds import Mind
 from sidestep.planning.plan import PersonPlan
 from sidestep.prediction.collision import RiskField
@@ -141,4 +141,4 @@ def _name(goal: Goal) -> str:
         return "at (" + ", ".join(f"{x:.2f}" for x in goal.position) + ")"
     if isinstance(goal, DirectionGoal):
         return "along (" + ", ".join(f"{x:.2f}" for x in goal.velocity) + ") m/s"
-    return "stands still"
+    return "slows down" if isinstance(goal, SlowingGoal) else "stands still"

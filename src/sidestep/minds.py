@@ -19,7 +19,7 @@ from sidestep import belief as bayes
 from sidestep._kernels.evidence import weigh_action
 from sidestep.belief import Belief
 from sidestep.human import habits as learning
-from sidestep.human.goals import DirectionGoal, Goal, PointGoal, StandGoal
+from sidestep.human.goals import DirectionGoal, Goal, PointGoal, SlowingGoal, StandGoal
 from sidestep.human.habits import Habits
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
@@ -335,8 +335,9 @@ def _goals(
         return tuple(PointGoal(g) for g in fitting), None
     if state is None:
         return (DirectionGoal(velocity), StandGoal()), np.array([0.95, 0.05])
-    modes = (DirectionGoal(state.extrapolated_velocity), DirectionGoal(state.mean_velocity), StandGoal())
-    return modes, state.modes
+    ahead, slowing = state.extrapolated_velocity, 0.0 if state.slow else state.settings.slowing_time
+    ends = SlowingGoal(ahead, slowing) if slowing > 0 else StandGoal()
+    return (DirectionGoal(ahead), DirectionGoal(state.mean_velocity), ends), state.modes
 
 
 def _covariance(observation: PersonObservation, model: HumanModel) -> FloatArray:

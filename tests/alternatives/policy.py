@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from sidestep.human.goals import DirectionGoal, PointGoal, StandGoal
+from sidestep.human.goals import DirectionGoal, PointGoal, SlowingGoal, StandGoal
 
 
 def sequence_costs(model, lattice, goal, robot_path, awareness, time_step, cell, sequences, free=None, others=()):
@@ -68,6 +68,8 @@ def action_values(model, lattice, goal, robot_path, awareness, time_step, cell, 
     if isinstance(goal, StandGoal):
         return np.where(np.arange(n) == n // 2, 0.0, np.inf)
     steps = max(model.horizon, 1)
+    if isinstance(goal, SlowingGoal):
+        goal, awareness = DirectionGoal(mean_pace(goal, steps * time_step)), 0
     sequences = all_sequences(model.reach, lattice.dimension, steps)
     cost = sequence_costs(model, lattice, goal, robot_path, awareness, time_step, cell, sequences, free, others)
     return cost.reshape(n, -1).min(axis=1)
@@ -75,6 +77,10 @@ def action_values(model, lattice, goal, robot_path, awareness, time_step, cell, 
 
 def action_probabilities(model, lattice, goal, robot_path, awareness, time_step, cell, free=None):
     """P_d (n,) over the first actions (Eq. 5 or Boltzmann), direction goals kept on average."""
+    if isinstance(goal, SlowingGoal) and free is None:
+        return slowing_probabilities(lattice, model.reach, goal, time_step, cell)
+    if isinstance(goal, SlowingGoal):
+        goal, awareness = DirectionGoal(mean_pace(goal, max(model.horizon, 1) * time_step)), 0
     values = action_values(model, lattice, goal, robot_path, awareness, time_step, cell, free)
     best = values.min()
     n = len(values)
@@ -88,6 +94,20 @@ def action_probabilities(model, lattice, goal, robot_path, awareness, time_step,
     if not isinstance(goal, DirectionGoal):
         return plain
     return _kept_on_average(model, lattice, goal, time_step, cell, free, plain)
+
+
+def mean_pace(goal, duration):
+    """Mean velocity over `duration` s of somebody whose velocity falls to 1/e in `goal.time` s."""
+    moments = (np.arange(20000) + 0.5) / 20000 * duration
+    return goal.velocity * np.exp(-moments / goal.time).mean()
+
+
+def slowing_probabilities(lattice, reach, goal, time_step, cell):
+    """P_d (n,) of somebody who covers the share 1 − e^{−ΔT/time} of what is left of the way at every step."""
+    left = (goal.velocity * goal.time) @ lattice.rotation / lattice.spacing - np.asarray(cell)
+    mean = np.clip(left * (1 - math.exp(-time_step / goal.time)), -reach, reach)
+    actions = itertools.product(range(-reach, reach + 1), repeat=lattice.dimension)
+    return np.array([np.prod([max(0.0, 1 - abs(m - u)) for m, u in zip(mean, a, strict=True)]) for a in actions])
 
 
 def _kept_on_average(model, lattice, goal, time_step, cell, free, plain):

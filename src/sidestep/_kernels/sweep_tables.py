@@ -204,6 +204,31 @@ def lay_out_actions(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def slowing_policies(pace: FloatArray, time: float, radius: int, reach: int, tables: FloatArray) -> None:
+    """P_d per axis of a person who slows down: `tables` (3·T, 2·radius + 1), all written.
+
+    In the cell c the mean action is what is left to the end of the walk, pace·time − c, times 1 − e^{−1/time}: from the
+    anchor on, e^{−k/time} of the pace after k steps exactly. It is the mixture of its two neighbours.
+
+    Args:
+        pace: (d,) cells per step at the anchor.
+        time: steps in which the pace falls to 1/e.
+        radius: cells a person can be in; reach: largest action.
+        tables: see above.
+    """
+    count, share = 2 * reach + 1, -np.expm1(-1.0 / time)
+    tables[:] = 0.0
+    for axis in range(3):
+        a = axis - 3 + pace.size
+        for c in range(2 * radius + 1):
+            mean = share * (pace[a] * time - (c - radius)) if a >= 0 else 0.0
+            mean = min(max(mean, -reach), reach)
+            low = min(int(np.floor(mean)), reach - 1)
+            tables[axis * count + low + reach, c] = low + 1.0 - mean
+            tables[axis * count + low + 1 + reach, c] = mean - low
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def axis_policies(
     goal_axes: FloatArray,
     taps: FloatArray,

@@ -11,14 +11,16 @@ Row = Mapping[str, Any]
 _COLUMNS: dict[str, tuple[tuple[str, str, str], ...]] = {
     "prediction": (
         ("file", "recording", ""), ("predictor", "predictor", ""), ("horizon", "s ahead", ".1f"),
-        ("moments", "moments", ""), ("nll", "log loss, nat", ".3f"), ("brier", "Brier", ".3f"),
+        ("moments", "moments", ""), ("nll", "log loss, nat", ".3f"),
+        ("over", "above constant velocity", "+.3f"), ("over_se", "± (one s.e.)", ".3f"), ("brier", "Brier", ".3f"),
         ("coverage_50", "50 %", ".3f"), ("coverage_90", "90 %", ".3f"), ("coverage_95", "95 %", ".3f"),
         ("coverage_99", "99 %", ".3f"), ("area_95", "area of the 95 % region, m²", ".1f"),
     ),
     "awareness": (
         ("file", "recording", ""), ("evidence", "evidence", ""), ("delay", "s after onset", ".1f"),
         ("encounters", "encounters", ""), ("reacted", "reacted", ""), ("auc", "AUC", ".3f"),
-        ("auc_ci95", "95 % interval", ".2f"), ("log_loss", "log loss", ".3f"),
+        ("auc_ci95", "95 % interval", ".2f"), ("begun", "reactions begun", ".2f"),
+        ("gain_auc", "AUC of the gain", ".3f"), ("log_loss", "log loss", ".3f"),
         ("base_log_loss", "of the base rate", ".3f"), ("placebos", "placebos", ""),
         ("placebo_reacted", "of them reacted", ""), ("false_concern", "false concern", ".3f"),
     ),
@@ -40,7 +42,9 @@ _WORDS = {
     "awareness": "An encounter is a person on a collision course with a vehicle. *Reacted*: gained at least 0.5 m of "
     "clearance over a person who keeps the velocity. Placebos: the same vehicles, transplanted to people with none "
     "near; false concern is the share of them with P(concerned) > 0.5. The belief sees the past alone; the vehicle "
-    "knows its own way. Evidence `clearance` is the default, `action` the last action (Eq. 8).",
+    "knows its own way. Evidence `clearance` is the default, `action` the last action (Eq. 8). *Reactions begun*: how "
+    "many of those who reacted are on a course by then that gains 0.5 m; the AUC of that gain itself shows what the "
+    "motion so far can tell.",
     "replay": "Trips of 7 to 10 m through recorded people, on which a blind robot would touch somebody. Recorded "
     "people never react: everybody is unconcerned by construction. The same trips for everybody, drawn at random: as "
     "many from each scene, start and goal near where somebody walked, nobody's track beginning within 1.5 m of the "
@@ -60,7 +64,8 @@ _REMARKS = {
     "prediction": "The baseline has errors of its own along and across the heading; ours are the same in every "
     "direction. Recordings were smoothed by those who made them, and the same people occur in several scenes of CITR.",
     "awareness": "Most encounters begin with a course that only just leads too close, so that *reacted* also counts "
-    'people whose step had wavered; the share of placebos that "reacted" says how often.',
+    'people whose step had wavered; the share of placebos that "reacted" says how often. Where few of the reactions '
+    "have begun, nothing about the motion can tell who will react.",
     "replay": "Nobody makes room for the robot here, so that waiting and going around is all that is left to it. How "
     "long planning takes is measured elsewhere, on a machine that does nothing else.",
 }

@@ -37,7 +37,9 @@ class HabitSettings:
         forgetting: factor on both counts per `change_time`.
         randomness_range: ω is kept within.
         walking_modes, standing_modes: prior probabilities that a person keeps the present velocity, keeps the mean
-            velocity, stands still.
+            velocity, comes to a stop.
+        slowing_time: s in which the pace of a walker who comes to a stop falls to 1/e; 0: they stop at once, as those
+            who stand already.
         mean_time: s over which the mean velocity is taken.
         extrapolation: e of v̂ = v₁ + e·(v₁ − v₂); extrapolation_time: s between v₁ and v₂.
         top_speed_time: s in which the remembered top speed falls to 1/e.
@@ -70,8 +72,9 @@ class HabitSettings:
     counts_before: float = 0.5
     forgetting: float = 0.93
     randomness_range: tuple[float, float] = (0.002, 0.6)
-    walking_modes: tuple[float, float, float] = (0.70, 0.29, 0.01)
+    walking_modes: tuple[float, float, float] = (0.66, 0.26, 0.08)
     standing_modes: tuple[float, float, float] = (0.44, 0.08, 0.48)
+    slowing_time: float = 2.0
     mean_time: float = 3.0
     extrapolation: float = 0.0
     extrapolation_time: float = 0.4
@@ -89,6 +92,8 @@ class HabitSettings:
                      "time_out", "top_speed"):  # fmt: skip
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise InvalidInput(f"habits.{name}", getattr(self, name), "a finite number > 0")
+        if not (math.isfinite(self.slowing_time) and self.slowing_time >= 0):
+            raise InvalidInput("habits.slowing_time", self.slowing_time, "a finite number ≥ 0")
         if not self.scales or min(self.scales) <= 0:
             raise InvalidInput("habits.scales", self.scales, "one or more numbers > 0")
         if not 0 < self.forgetting <= 1:
@@ -155,4 +160,5 @@ def class_tables(settings: HabitSettings) -> ClassTables:
 
 def _log_bell(index: IntArray, middle: float, width: float) -> FloatArray:
     bell = -0.5 * ((index - middle) / width) ** 2
+    bell -= bell.max()  # a bell far beyond the classes leaves one of them, not none
     return frozen_array(bell - np.log(np.exp(bell).sum()))

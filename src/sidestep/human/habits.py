@@ -88,10 +88,14 @@ class Habits:
         return _standing(self.settings, self.velocity, self.mean_velocity)
 
     @property
+    def slow(self) -> bool:
+        """Whether the present velocity is below walking."""
+        return math.hypot(*self.velocity) < self.settings.standing_speed
+
+    @property
     def modes(self) -> Vector:
-        """(3,) prior probabilities that the person keeps the present velocity, keeps the mean one, stands still."""
-        slow = math.hypot(*self.velocity) < self.settings.standing_speed
-        return self.tables.standing_modes if slow else self.tables.walking_modes
+        """(3,) prior probabilities that the person keeps the present velocity, keeps the mean one, comes to a stop."""
+        return self.tables.standing_modes if self.slow else self.tables.walking_modes
 
     def spread(self, times: VectorLike | FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mixture of isotropic Gaussians around the predicted position.

@@ -24,7 +24,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from sidestep._kernels.sweep import CostTables, Values, sweep
 from sidestep._kernels.sweep_choices import Choices, ValueScratch, choose, mark_admissible
 from sidestep._kernels.sweep_marks import WORD
-from sidestep._kernels.sweep_tables import axis_policies
+from sidestep._kernels.sweep_tables import axis_policies, slowing_policies
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import (
     TIE,
@@ -35,7 +35,7 @@ from sidestep.human.cost import (
     danger_terms,
     goal_terms,
 )
-from sidestep.human.goals import DirectionGoal, Goal, StandGoal
+from sidestep.human.goals import DirectionGoal, Goal, SlowingGoal, StandGoal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray
@@ -107,10 +107,11 @@ def policy_of(
         free: grid.shape, or None.
         radius: cells a person can be in when they choose.
     """
-    actions = action_terms(model, goal, grid, 2 * radius + 1)
-    axes, table = goal_terms(model, goal, grid, free)
+    swept = goal.held(grid.steps * grid.time_step) if isinstance(goal, SlowingGoal) else goal
+    actions = action_terms(model, swept, grid, 2 * radius + 1)
+    axes, table = goal_terms(model, swept, grid, free)
     differs = danger.bounds > _negligible(grid, actions, axes, table)
-    if isinstance(goal, StandGoal):
+    if isinstance(goal, StandGoal | SlowingGoal):
         differs = np.zeros(len(differs), np.bool_)
     elif actions.margin > 0 and free is None:
         # Danger ≥ 0: the undisturbed choice costs at most the bound more, every other at least the margin more than
@@ -148,6 +149,11 @@ def _undisturbed_tables(
         return actions.tables[:0]
     if isinstance(goal, DirectionGoal):
         return actions.tables
+    if isinstance(goal, SlowingGoal):
+        tables = np.empty_like(actions.tables)
+        pace = goal.velocity @ grid.lattice.rotation / grid.speed
+        slowing_policies(pace, goal.time / grid.time_step, radius, grid.reach, tables)
+        return tables
     tables = np.zeros_like(actions.tables)
     axes, taps = axes.astype(np.float64, copy=False), actions.taps.astype(np.float64, copy=False)
     axis_policies(axes, taps, radius, grid.centre, grid.dimension, TIE, float(model.rationality), tables)
@@ -213,6 +219,7 @@ def action_values(
 
     The cost sums the goal and danger terms of the M = max(N_H, 1) predicted states and the effort of the M actions;
     the state now, which no action changes, is not charged. `StandGoal`: zero for action 0, +inf otherwise.
+    `SlowingGoal`: of its mean pace, the robot unheeded; without walls its actions follow from the place instead.
 
     Args:
         model: `horizon` None takes the length of `robot_path` less one.
@@ -237,6 +244,8 @@ def action_values(
         values = np.full((*lattice.shape, count), np.inf)
         values[..., count // 2] = 0.0
         return values
+    if isinstance(goal, SlowingGoal):
+        goal, awareness = goal.held(steps * time_step), 0
     centre = lattice.radius + reach * steps
     grid = CostGrid(lattice=lattice, time_step=time_step, reach=reach, steps=steps, centre=centre)
     kept = lead * steps + 1

@@ -31,7 +31,10 @@ class ReactionSettings:
         ahead: s that a velocity is kept; soonest: s; what is nearer in time cannot be reacted to any more.
         slowest: m/s; who is slower has no course.
         pace_time: s over which the course is taken; present velocities are too nervous for that.
-        window: s; the oldest collision course within it is what the present course is compared with.
+        window: s; the oldest collision course within it is what the present course is compared with; it ends with the
+            latest one, so that who has cleared the way is still compared with how they came.
+        remembered: s after the latest collision course, in which that holds; later, courses older than `window` count
+            no more.
         gained: m, by which those who mind the robot pass farther from it.
         doubt: m, standard deviation by which the gain of others strays from 0; doubt_rate: m/s, the same per second
             until they would be nearest (nobody's velocity is kept better, or measured better).
@@ -46,6 +49,7 @@ class ReactionSettings:
     slowest: float = 0.5
     pace_time: float = 0.5
     window: float = 1.25
+    remembered: float = 2.0
     gained: float = 1.3
     doubt: float = 0.2
     doubt_rate: float = 0.15
@@ -58,7 +62,7 @@ class ReactionSettings:
         for name in ("margin", "ahead", "pace_time", "window", "gained", "doubt", "freedom"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise InvalidInput(f"human.reaction.{name}", getattr(self, name), "a finite number > 0")
-        for name in ("soonest", "slowest", "doubt_rate"):
+        for name in ("soonest", "slowest", "remembered", "doubt_rate"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise InvalidInput(f"human.reaction.{name}", getattr(self, name), "a finite number ≥ 0")
         if not 0 < self.undecided < 1:
@@ -94,7 +98,7 @@ class Facing:
     Attributes:
         settings: of the judgement.
         way: of the robot, as last known; contact: m between centres at which bodies touch.
-        courses: collision courses of the last `settings.window` s, oldest first.
+        courses: collision courses of the last `settings.window` s before the latest, oldest first.
     """
 
     settings: ReactionSettings
@@ -104,7 +108,10 @@ class Facing:
 
     def at(self, time: float) -> Self:
         """Return what still counts at `time` s."""
-        kept = tuple(c for c in self.courses if -1e-6 <= time - c.time <= self.settings.window + 1e-6)
+        s = self.settings
+        latest = self.courses[-1].time if self.courses else time
+        since = latest - s.window if time - latest <= s.remembered + 1e-6 else time - s.window
+        kept = tuple(c for c in self.courses if since - 1e-6 <= c.time <= time + 1e-6)
         return self if len(kept) == len(self.courses) else replace(self, courses=kept)
 
     def noted(self, habits: Habits, time: float) -> Self:

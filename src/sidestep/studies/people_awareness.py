@@ -15,13 +15,13 @@ from sidestep.human.reaction import Way
 from sidestep.minds import Mind
 from sidestep.prediction.occupancy import Workspace
 from sidestep.simulation.recordings import Recording
-from sidestep.studies.people_encounters import BEFORE, Encounter, encounters, placebos
+from sidestep.studies.people_encounters import BEFORE, GAINED, Encounter, encounters, placebos
 from sidestep.studies.statistics import area_interval, area_under_curve, clopper_pearson, log_loss
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import FloatArray
 
-DELAYS = (0.5, 1.0, 1.5)
-"""Seconds after the onset at which the belief is read."""
+DELAYS = (0.5, 1.0, 1.5, 2.0)
+"""Seconds after the onset at which the belief is read; people would be nearest up to 4 s after it."""
 TIME_STEP, HORIZON = 0.5, 8  # of the planner's defaults
 CONCERNED = 0.5  # probability above which somebody counts as believed to be concerned
 
@@ -97,7 +97,8 @@ def awareness_study(
 
     Returns:
         One row per delay, JSON-able: encounters, reacted, placebos, placebo_reacted, auc and its bootstrap 95 %
-        interval, log_loss, base_log_loss (of the constant base rate), false_concern and its exact 99 % interval.
+        interval, gain_auc (of the clearance gained so far itself), begun (share of those who reacted whose course is
+        clear already), log_loss, base_log_loss (of the constant base rate), false_concern and its exact 99 % interval.
     """
     real = [e for r in recordings.values() for e in encounters(r, vehicle.near)]
     control = placebos(recordings, real, vehicle.near, np.random.Generator(np.random.PCG64(seed)))
@@ -120,6 +121,7 @@ def _scores(
     for n, delay in enumerate(DELAYS):
         own, other = values[: len(real), n], values[len(real) :, n]
         alarms = int((other > CONCERNED).sum())
+        gains = np.array([e.gain_by(delay) for e in real])
         found.append(
             {
                 "delay": delay,
@@ -131,6 +133,8 @@ def _scores(
                 "auc_ci95": [
                     _plain(v) for v in area_interval(own, reacted, np.random.Generator(np.random.PCG64(seed)))
                 ],
+                "gain_auc": _plain(area_under_curve(gains, reacted)),
+                "begun": float((gains[reacted > 0] >= GAINED).mean()) if reacted.any() else None,
                 "log_loss": _plain(log_loss(own, reacted)),
                 "base_log_loss": _plain(log_loss(np.full(len(real), base), reacted)),
                 "false_concern": alarms / len(control) if control else None,

@@ -52,6 +52,15 @@ class Encounter:
         """Whether the person gained clearance."""
         return self.real - self.kept >= GAINED
 
+    def gain_by(self, delay: float) -> float:
+        """Return the clearance (m) gained `delay` s after the onset: if the person keeps the velocity of then."""
+        time, ahead = self.onset + delay, np.arange(delay, AFTER + 1e-9, STEP)
+        here = self.track.at(time)
+        pace = (here - self.track.at(time - PACE_WINDOW)) / PACE_WINDOW
+        course = self.vehicle[len(self.vehicle) - len(ahead) :]
+        nearest = np.linalg.norm(here + pace * (ahead - delay)[:, None] - course, axis=1).min()
+        return float(nearest) - self.kept
+
     def vehicle_from(self, time: float, count: int, step: float) -> FloatArray:
         """Return the (count, 2) m vehicle's places at `time` + k·step (s), at its last velocity beyond the end."""
         at = (time - self.onset + BEFORE) / STEP + np.arange(count) * step / STEP

@@ -1,8 +1,8 @@
 """What a prediction of people whom nobody disturbs is made of, as arrays over many moments: fast enough to be fitted.
 
 Where no robot is near and no goal is known, the lattice prediction is a mixture over "keeps the present velocity",
-"keeps the mean velocity" and "stands still", over steadiness classes, and over whether a random action was taken. Here
-each part is one Gaussian; the random part is lumped into its mean and variance.
+"keeps the mean velocity" and "comes to a stop", over steadiness classes, and over whether a random action was taken.
+Here each part is one Gaussian; the random part is lumped into its mean and variance.
 """
 
 from __future__ import annotations
@@ -123,20 +123,21 @@ def losses(data: Features, model: HumanModel) -> FloatArray:
     classes = class_weights(data, s)
     modes = np.where(data.slow[:, None], s.standing_modes, s.walking_modes)
     modes = modes / modes.sum(axis=1, keepdims=True)
-    moving = np.stack([data.present, data.average, np.zeros_like(data.present)], axis=1)  # (S, 3, 2)
+    brief = np.where(data.slow, 0.0, s.slowing_time)[:, None, None]
     exponent = np.where(data.standing, s.standing_exponent, s.walking_exponent)[:, None]
     weights = (modes[:, :, None] * classes[:, None]).reshape(len(classes), -1)
     randomness = _randomness(data, model)
     found = np.empty((len(classes), len(data.horizons)))
     for n, steps in enumerate(data.horizons.tolist()):
         t = steps * STEP
+        slowing = brief * -np.expm1(-t / np.maximum(brief, 1e-9))  # (S, 1, 1) s, at the present pace, of who stops
+        present, average = data.present[:, None], data.average[:, None]
+        ways = np.concatenate([t * present, t * average, slowing * present], axis=1)  # (S, 3, 2) m
         habit = (t**exponent * class_tables(s).scales) ** 2
         sigma = np.tile(np.sqrt(s.floor**2 + habit + data.sensed[:, n, None]), (1, 3))
         steady = ((1.0 - randomness) ** steps)[:, None]
         lump, kept = _lumped(data, model, randomness, steps)
-        means = [
-            np.repeat(data.offset[:, None] + t * moving * share, classes.shape[1], axis=1) for share in (1.0, kept)
-        ]
+        means = [np.repeat(data.offset[:, None] + ways * share, classes.shape[1], axis=1) for share in (1.0, kept)]
         sigmas = np.concatenate([sigma, np.sqrt(sigma**2 + lump[:, None])], axis=1)
         found[:, n] = log_losses(
             data.future[:, n],

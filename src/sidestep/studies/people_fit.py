@@ -30,6 +30,7 @@ FEWEST = 30
 ITERATIONS = 25
 RIDGE = 1e-3  # pull to the starting values, per unit² of each parameter: what the tracks do not tell stays
 _LOWEST_OMEGA = 1e-4
+_SHORTEST_STOP = 0.1  # s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +68,7 @@ def uninformed(model: HumanModel) -> HumanModel:
         standing_exponent=1.0,
         floor=0.03,
         walking_modes=(0.6, 0.3, 0.1),
+        slowing_time=2.0,
         standing_modes=(0.4, 0.1, 0.5),
         changed_before=0.05,
     )
@@ -83,31 +85,42 @@ def packed(model: HumanModel) -> FloatArray:
             np.log(s.scales[0]), s.prior_class, np.log(s.prior_width), s.standing_class, np.log(s.standing_width),
             np.log(s.tempering), s.walking_exponent, s.standing_exponent, np.log(s.floor),
             *(walking[:2] - walking[2]), *(standing[:2] - standing[2]), np.log(max(random, _LOWEST_OMEGA)),
+            np.log(max(s.slowing_time, _SHORTEST_STOP)),
         ]
     )  # fmt: skip
 
 
 def unpacked(values: FloatArray, model: HumanModel) -> HumanModel:
-    """Return `model` with the fitted parameters of `values`."""
+    """Return `model` with the fitted parameters of `values`; a step of the search that goes far astray is cut short."""
     s = model.habits
     walking, standing = (_shares(values[i : i + 2]) for i in (9, 11))
-    random = float(np.exp(min(values[13], 0.0)))
+    random = _positive(values[13], _LOWEST_OMEGA, 1.0)
+    smallest = _positive(values[0], 1e-4, 1.0)
     habits = replace(
         s,
-        scales=tuple(float(np.exp(values[0])) * c / s.scales[0] for c in s.scales),
-        prior_class=float(values[1]),
-        prior_width=float(np.exp(values[2])),
-        standing_class=float(values[3]),
-        standing_width=float(np.exp(np.clip(values[4], -3.0, 4.0))),
-        tempering=float(np.exp(values[5])),
-        walking_exponent=float(max(values[6], 0.0)),
-        standing_exponent=float(max(values[7], 0.0)),
-        floor=float(np.exp(values[8])),
+        scales=tuple(smallest * (c / s.scales[0]) for c in s.scales),
+        prior_class=_between(values[1], -3.0, len(s.scales) + 3.0),
+        prior_width=_positive(values[2], 0.05, 60.0),
+        standing_class=_between(values[3], -3.0, len(s.scales) + 3.0),
+        standing_width=_positive(values[4], 0.05, 60.0),
+        tempering=_positive(values[5], 1e-3, 10.0),
+        walking_exponent=_between(values[6], 0.0, 4.0),
+        standing_exponent=_between(values[7], 0.0, 4.0),
+        floor=_positive(values[8], 1e-3, 1.0),
         walking_modes=walking,
         standing_modes=standing,
+        slowing_time=_positive(values[14], _SHORTEST_STOP, 60.0) if s.slowing_time > 0 else 0.0,
         changed_before=random if model.online_randomness else s.changed_before,
     )
     return replace(model, habits=habits, randomness=model.randomness if model.online_randomness else random)
+
+
+def _between(value: float, low: float, high: float) -> float:
+    return float(min(max(value, low), high))
+
+
+def _positive(logarithm: float, low: float, high: float) -> float:
+    return _between(float(np.exp(min(logarithm, 9.0))), low, high)
 
 
 def fit_features(data: Features, model: HumanModel, *, iterations: int = ITERATIONS) -> HumanModel:

@@ -76,7 +76,8 @@ def prediction_study(
         progress: called with (scenes done, all scenes).
 
     Returns:
-        Rows per scene (and "all"), predictor and horizon, JSON-able: nll (nat), brier, coverage_*, area_* (m²).
+        Rows per scene (and "all"), predictor and horizon, JSON-able: nll (nat), over (nat, above the baseline's) and
+        over_se (its standard error, tracks being independent), brier, coverage_*, area_* (m²).
     """
     folds = fold_names(list(recordings))
     of_fold: dict[str, list[Moment]] = {}
@@ -86,6 +87,7 @@ def prediction_study(
     of_fold = {fold: found for fold, found in of_fold.items() if found}
     chosen = _thinned(recordings, folds, kinds, every, most / max(len(of_fold), 1), seed)
     scores: dict[tuple[str, str, int], list[Score]] = {}
+    walked: dict[str, list[str]] = {}
     for done, (fold, own) in enumerate(of_fold.items()):
         others = [m for other, found in of_fold.items() if other != fold for m in found] or own
         models = {"sidestep": model}
@@ -98,12 +100,13 @@ def prediction_study(
         _score_ours(fold, [r for scene, r in chosen.items() if folds[scene] == fold], models, kinds, every, scores)
         baseline = fit_baseline(others, HORIZONS, _INDICES)
         scored = [m for s, r in chosen.items() if folds[s] == fold for m in _quick(r, model, kinds, every)]
+        walked[fold] = [f"{m.scene}/{m.agent}" for m in scored]
         for moment in scored:
             for n in range(len(SCORED)):
                 _keep(scores, (fold, BASELINE, n), baseline.predict(moment, n), moment)
         if progress is not None:
             progress(done + 1, len(of_fold))
-    return _rows(list(of_fold), scores)
+    return _rows(list(of_fold), scores, walked)
 
 
 def ablated(model: HumanModel) -> dict[str, HumanModel]:
@@ -180,14 +183,27 @@ def fold_names(scenes: Sequence[str]) -> dict[str, str]:
     return {scene: scene.replace("/", "_").split("_")[0] for scene in scenes}
 
 
-def _rows(folds: Sequence[str], scores: Mapping[tuple[str, str, int], list[Score]]) -> list[dict[str, Any]]:
+def _rows(
+    folds: Sequence[str], scores: Mapping[tuple[str, str, int], list[Score]], walked: Mapping[str, Sequence[str]]
+) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for scene in (*folds, "all"):
+        chosen = folds if scene == "all" else (scene,)
+        tracks = [track for fold in chosen for track in walked[fold]]
         for name in dict.fromkeys(key[1] for key in scores):
             for n, horizon in enumerate(SCORED):
-                own = [s for fold in (folds if scene == "all" else (scene,)) for s in scores.get((fold, name, n), [])]
+                own, hard = ([s for fold in chosen for s in scores.get((fold, p, n), [])] for p in (name, BASELINE))
                 if own:
-                    rows.append(
-                        {"scene": scene, "predictor": name, "horizon": horizon, "moments": len(own), **mean_scores(own)}
-                    )
+                    row = {"scene": scene, "predictor": name, "horizon": horizon, "moments": len(own)}
+                    rows.append(row | mean_scores(own) | _compared(own, hard, tracks))
     return rows
+
+
+def _compared(own: Sequence[Score], hard: Sequence[Score], tracks: Sequence[str]) -> dict[str, float | None]:
+    """How much worse than the baseline on the same moments; None where they are not the same."""
+    if len(own) != len(hard):
+        return {"over": None, "over_se": None}
+    gap = np.array([a.log_loss - b.log_loss for a, b in zip(own, hard, strict=True)])
+    of_track = np.unique(tracks, return_inverse=True)[1]
+    sums = np.bincount(of_track, gap - gap.mean())
+    return {"over": float(gap.mean()), "over_se": float(np.sqrt((sums**2).sum()) / len(gap))}
