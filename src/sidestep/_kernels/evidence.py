@@ -108,7 +108,7 @@ def goals_relaxed(weights: FloatArray, goals: FloatArray, keep: float) -> FloatA
 @njit(cache=True, error_model="numpy")
 def goal_likelihood(probabilities: FloatArray, weights: FloatArray) -> FloatArray:
     """(G, 2) Σ_u P(u; goal, β)·weights[u]; ones where that is zero everywhere or there are no weights."""
-    out = np.ones(probabilities.shape[:2])
+    out = np.ones((probabilities.shape[0], 2))
     highest = 0.0
     if weights.size > 0:
         for g in range(out.shape[0]):
@@ -117,7 +117,7 @@ def goal_likelihood(probabilities: FloatArray, weights: FloatArray) -> FloatArra
                 for n in range(weights.size):
                     out[g, b] += probabilities[g, b, n] * weights[n]
                 highest = max(highest, out[g, b])
-    return out if highest > 0.0 else np.ones(probabilities.shape[:2])
+    return out if highest > 0.0 else np.ones((probabilities.shape[0], 2))
 
 
 @njit(cache=True, error_model="numpy")
