@@ -122,10 +122,6 @@ class PlanningProblem:
         walk = self.distance_to_goal.at(points)
         return self.goal_weights[0] * (walk * walk if self.goal_cost == "squared" else walk)
 
-    def effort_costs(self, velocities: FloatArray) -> FloatArray:
-        """Return ‖u‖²_θ6 (M,) of velocities (M, d) m/s."""
-        return (velocities * velocities * self.effort_weight).sum(axis=-1)
-
     def wish_costs(self, velocities: FloatArray) -> FloatArray:
         """Return (M,) what first velocities (M, d) m/s cost for being off the wish."""
         if self.wish is None:

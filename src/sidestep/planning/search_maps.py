@@ -68,7 +68,7 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
     d = problem.dimension
     radius = problem.resolution or resolution(problem.horizon, d, problem.shape)
     spacing = problem.max_speed * problem.time_step / radius
-    active = (np.arange(3) >= 3 - d).astype(np.int64)
+    active = axes_among_three(d)
     half = radius * problem.horizon * active
     stage = _goal_costs(problem, spacing, half)
     blocked = np.zeros((0, 1, 1), dtype=np.bool_)
@@ -76,8 +76,8 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
     if problem.obstacles is not None:
         blocked, blocked_halfway = _walls(problem, spacing, radius, active)
     taps, moves = lattice_taps(radius, d, problem.shape), _among_three_axes(radius, d, problem.shape)
-    velocities = taps * np.float64(spacing / problem.time_step)
-    effort = problem.effort_costs(velocities).astype(np.float32)
+    velocities = lattice_velocities(radius, d, problem.shape, spacing / problem.time_step)
+    effort = tap_efforts(radius, d, problem.shape, spacing / problem.time_step, problem.effort_weight)
     terminal = np.float32(problem.terminal_weight) * stage
     everywhere = all_in_reach(problem.horizon, radius, d)
     maps = SearchMaps(
@@ -100,6 +100,27 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
         rasters=RiskRasters.nobody(everywhere),
     )
     return within(problem, maps, first_slack(problem, maps))
+
+
+@lru_cache(maxsize=64)
+def axes_among_three(dimension: int) -> IntArray:
+    """(3,) 1 for the axes that exist; they are the last ones."""
+    return (np.arange(3) >= 3 - dimension).astype(np.int64)
+
+
+@lru_cache(maxsize=64)
+def lattice_velocities(radius: int, dimension: int, shape: str, pace: float) -> FloatArray:
+    """(n, d) m/s of the taps of `lattice_taps`, `pace` (m/s) being that of one cell per step."""
+    return lattice_taps(radius, dimension, shape) * np.float64(pace)
+
+
+@lru_cache(maxsize=64)
+def tap_efforts(
+    radius: int, dimension: int, shape: str, pace: float, weight: float | tuple[float, ...]
+) -> NDArray[np.float32]:
+    """(n,) ‖u‖²_θ6 of these velocities."""
+    velocities = lattice_velocities(radius, dimension, shape, pace)
+    return (velocities * velocities * weight).sum(axis=-1).astype(np.float32)
 
 
 def again(problem: PlanningProblem, maps: SearchMaps) -> SearchMaps:

@@ -165,7 +165,7 @@ class ModelWalker(Walker):
         model, path = self._perceived(around, error)
         values = action_values(
             model, lattice.with_radius(0), self._aim(), path, int(self.awareness), around.time_step, free,
-            others_along(around, len(path)),
+            others_along(around, len(path)) if model.repulsion_weight > 0 else None,
         ).ravel()  # fmt: skip
         best = float(values.min())
         if not np.isfinite(best):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, TypeVar
@@ -196,4 +197,6 @@ def start_ray(ray: Any, workers: int, address: str | None) -> None:
 
 
 def _numbered(work: Callable[[Piece], Result], number: int, piece: Piece) -> tuple[int, Result]:
-    return number, work(piece)
+    result = work(piece)
+    gc.freeze()  # what is loaded by now stays; looking through it again and again took a tenth of the time
+    return number, result
