@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from sidestep.studies.evaluate_table import FAIR
+
 Row = Mapping[str, Any]
 
 _COLUMNS = (
@@ -110,8 +112,8 @@ def _remarks(result: Mapping[str, Any]) -> list[str]:
     lines = [
         f"The bound on moving contacts is reached in {safe} of {len(aims)} conditions, the time in {fast} of {judged}; "
         "in the others no opponent collides in less than 20 %.",
-        "Who is expensive had fewer episodes, the first ones of the others; pairs are compared on those that both had, "
-        "and an opponent with fewer episodes than ours is no yardstick.",
+        "Who is expensive had fewer episodes, the first ones of the others; pairs, and times, are compared on those "
+        f"that both had, and an opponent with fewer episodes than ours and fewer than {FAIR} is no yardstick.",
     ]
     prices = result["price_of_unconcern"]
     if prices:

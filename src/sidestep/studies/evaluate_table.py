@@ -15,6 +15,8 @@ from sidestep.studies.statistics import bootstrap_mean, clopper_pearson, mcnemar
 
 OURS = "sidestep"
 TOO_OFTEN = 0.20  # an opponent that collides at least this often is no yardstick for speed
+FAIR = 40
+"""Episodes after which an opponent is known well enough to be a yardstick, where ours has more."""
 AIM_COLLISION, AIM_TIME = 0.05, 1.05
 _MEANS = (
     "path_length", "spl", "time_intimate", "time_personal", "speed", "acceleration", "jerk", "below_clearance",
@@ -37,7 +39,7 @@ def condition_rows(evaluation: Evaluation) -> list[dict[str, Any]]:
 def best_opponent(condition: str, rows: list[dict[str, Any]]) -> dict[str, Any] | None:
     """Return the row of the fastest opponent that collides less than 20 %; None where there is none.
 
-    One with fewer episodes than ours is no yardstick: other trips, and too few to say how often it collides.
+    One with fewer episodes than ours, and fewer than `FAIR`, is no yardstick: too few to say how often it collides.
     """
     kinds = {name: c.kind for name, c in contestants().items()}
     enough = max((r["episodes"] for r in rows if r["name"] == condition and r["navigator"] == OURS), default=0)
@@ -46,7 +48,7 @@ def best_opponent(condition: str, rows: list[dict[str, Any]]) -> dict[str, Any] 
         for r in rows
         if r["name"] == condition
         and kinds.get(r["navigator"]) == "opponent"
-        and r["episodes"] >= enough
+        and r["episodes"] >= min(enough, FAIR)
         and r["collision_moving"] < TOO_OFTEN
         and r["success"] > 0.5
         and r["time_to_goal"] is not None
@@ -62,9 +64,7 @@ def aims(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         if row["navigator"] != OURS:
             continue
         best = best_opponent(row["name"], rows)
-        ratio = None
-        if best is not None and row["time_to_goal"] is not None:
-            ratio = row["time_to_goal"] / best["time_to_goal"]
+        ratio = row["against"]["time_ratio"] if "against" in row else None
         found.append(
             {
                 "name": row["name"],
@@ -142,17 +142,18 @@ def _row(condition: str, navigator: str, batch: Batch, seed: int) -> dict[str, A
 
 
 def _compared(name: str, own: Batch, other: Batch) -> dict[str, Any]:
-    """Paired by seed: who collided where the other did not, and how much longer the same trips took."""
+    """Paired by seed: who collided where the other did not, and how much longer the same trips took on average."""
     n = min(len(own.values), len(other.values))  # whoever has fewer episodes has the first ones
     a, b = own.column("collision_moving")[:n] > 0, other.column("collision_moving")[:n] > 0
-    times = own.column("time_to_goal")[:n] / other.column("time_to_goal")[:n]
+    pair = own.column("time_to_goal")[:n], other.column("time_to_goal")[:n]
+    arrived = np.isfinite(pair[0]) & np.isfinite(pair[1])
     return {
         "navigator": name,
         "pairs": n,
         "collided_alone": int((a & ~b).sum()),
         "other_collided_alone": int((b & ~a).sum()),
         "mcnemar_p": mcnemar(int((a & ~b).sum()), int((b & ~a).sum())),
-        "time_ratio": _plain(_mean(times)),
+        "time_ratio": _plain(_mean(pair[0][arrived]) / _mean(pair[1][arrived])),
     }
 
 
