@@ -102,13 +102,16 @@ class RiskField:
         active = active_axes(d)
         if not self.people:
             return np.zeros((2 * radius + 1,) * d, dtype=np.float32)
-        low, size = np.zeros((self.blocks, 3), dtype=np.int64), np.ones((self.blocks, 3), dtype=np.int64)
-        low[instant], size[instant] = -radius * active, 2 * radius * active + 1
-        values, starts, _ = rasterise_all(
-            *self._clouds(0.0), embedded_point(np.asarray(origin, dtype=np.float64)), spacing, active, blob_table(d),
-            limit, True, low, size,
+        cells, masses, begin, distances, weights, sigmas = self._clouds(0.0)
+        alone = np.ascontiguousarray(begin[:, [instant, instant, instant + 1]])  # as if it were the only one after 0
+        corner, size = np.zeros((2, 3), dtype=np.int64), np.ones((2, 3), dtype=np.int64)
+        corner[1], size[1] = -radius * active, 2 * radius * active + 1
+        values, _, _ = rasterise_all(
+            cells, masses, alone, distances, weights, np.ascontiguousarray(sigmas[:, [instant, instant]]),
+            embedded_point(np.asarray(origin, dtype=np.float64)), spacing, active, blob_table(d), limit, True,
+            corner, size,
         )  # fmt: skip
-        return values[starts[instant] : starts[instant + 1]].reshape((2 * radius + 1,) * d)
+        return values.reshape((2 * radius + 1,) * d)
 
     def rasters(self, origin: FloatArray, spacing: float, boxes: Boxes, limit: float = 0.02) -> RiskRasters:
         """Return the probability at all places of a lattice that lie in the `boxes` of the half instants.
