@@ -150,13 +150,14 @@ p = sidestep.Planner(robot=sidestep.Holonomic(), goal=(0.0, 5.0))
 p.step(time=0.0, robot=sidestep.RobotState(position=(0.0, -5.0)),
        people=[sidestep.PersonObservation(id="a", position=(-5.0, 0.0), velocity=(1.0, 0.0))])
 """
+# VmHWM, not `ru_maxrss`: the latter of a process just started is at least what its parent held
 _MEMORY = """
-import resource, sidestep
+import sidestep
 p = sidestep.Planner(robot=sidestep.Holonomic(), goal=(0.0, 5.0), horizon=50)
 for i in range(3):
     p.step(time=0.5 * i, robot=sidestep.RobotState(position=(0.0, -5.0)),
            people=[sidestep.PersonObservation(id="a", position=(-3.0, 0.0), velocity=(1.0, 0.0), goal=(5.0, 0.0))])
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+print(next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM")))
 """
 _EPISODES = """
 from time import perf_counter
