@@ -1,4 +1,4 @@
-"""A hundred thousand encounters: how rare is a contact, do predicted contacts add up, and what does all that cost?"""
+"""Encounters by the thousand: how rare is a contact, do predicted contacts add up, and what does all that cost?"""
 
 from __future__ import annotations
 
@@ -122,10 +122,10 @@ def _timed(piece: int) -> int:
 
 SCALE = Study(
     name="scale",
-    title="A hundred thousand encounters",
+    title="Encounters by the thousand",
     lead="One person, concerned or not, whose way crosses the robot's at any angle (20° to 340°, 180° is head-on) so "
     "that both would be there at the same time; 0.8 to 1.2 m/s, one decision in twenty at random. The robot plans at "
-    "2 Hz over 5 steps. Rates this small need this many episodes.",
+    "2 Hz over 5 steps. Rates this small need many episodes.",
     arms={kind: partial(episode, kind=kind) for kind in ("concerned", "unconcerned")},
     header=("person", "episodes", "moving contacts", "99 % interval of the rate", "standing contacts",
             "contacts promised", "arrived", "time, s", "steps certified", "episodes per s and core"),
