@@ -13,6 +13,7 @@ from sidestep._kernels.search_maps import field_box, goal_box, wall_box
 from sidestep._kernels.search_tube import boxes_between, costs_to_go, tube
 from sidestep.planning.problem import PlanningProblem
 from sidestep.prediction.collision import Boxes, RiskRasters, all_in_reach
+from sidestep.prediction.person_mass import active_axes
 from sidestep.types import BoolArray, FloatArray, IntArray
 
 BUDGET = {1: 2.5e7, 2: 2.5e7, 3: 5e6}
@@ -68,7 +69,7 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
     d = problem.dimension
     radius = problem.resolution or resolution(problem.horizon, d, problem.shape)
     spacing = problem.max_speed * problem.time_step / radius
-    active = axes_among_three(d)
+    active = active_axes(d)
     half = radius * problem.horizon * active
     stage = _goal_costs(problem, spacing, half)
     blocked = np.zeros((0, 1, 1), dtype=np.bool_)
@@ -100,12 +101,6 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
         rasters=RiskRasters.nobody(everywhere),
     )
     return within(problem, maps, first_slack(problem, maps))
-
-
-@lru_cache(maxsize=64)
-def axes_among_three(dimension: int) -> IntArray:
-    """(3,) 1 for the axes that exist; they are the last ones."""
-    return (np.arange(3) >= 3 - dimension).astype(np.int64)
 
 
 @lru_cache(maxsize=64)

@@ -30,7 +30,7 @@ from sidestep.human.goals import Goal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice, heading_rotation
 from sidestep.prediction.propagation import Removal, Results, Scene, Workspace
-from sidestep.types import BoolArray, FloatArray, IntArray, VectorLike
+from sidestep.types import BoolArray, FloatArray, IntArray, VectorLike, sealed
 
 UNFOLLOWED = 1e-9
 """Hypotheses that weigh at most this together are not pushed; no probability is off by more."""
@@ -101,7 +101,7 @@ class Prediction:
         """N arrays, mass at k + ½ on `midway_lattice(k)`; empty if not asked for."""
         steps = len(self.occupancy) - 1 if self.offsets[2] > self.offsets[1] else 0
         parts = [self.blocks[self.offsets[2 * k + 1] : self.offsets[2 * k + 2]] for k in range(steps)]
-        return tuple(_read_only(part.reshape(self.midway_lattice(k).shape)) for k, part in enumerate(parts))
+        return tuple(sealed(part.reshape(self.midway_lattice(k).shape)) for k, part in enumerate(parts))
 
     def midway_lattice(self, k: int) -> Lattice:
         """Return the lattice of `midway[k]`: half the spacing, radius reach·(2k + 1)."""
@@ -204,12 +204,12 @@ def predict(
     return Prediction(
         occupancy=Occupancy(
             lattice=lattice.with_radius(reach * horizon),
-            probability=partial(_laid_out, _read_only(results.blocks), scene.offsets, scene.radii, shape),
+            probability=partial(_laid_out, sealed(results.blocks), scene.offsets, scene.radii, shape),
             time_step=time_step,
         ),
-        action_probabilities=_read_only(first),
-        velocities=_read_only(action_velocities(model, lattice, time_step)),
-        contact=_read_only(results.contact),
+        action_probabilities=sealed(first),
+        velocities=sealed(action_velocities(model, lattice, time_step)),
+        contact=sealed(results.contact),
         blocks=results.blocks,
         offsets=scene.offsets,
         radii=scene.radii,
@@ -232,13 +232,13 @@ def _laid_out(blocks: FloatArray, offsets: IntArray, radii: IntArray, shape: tup
     """(N+1, cells…) the mass at whole instants."""
     steps = np.zeros(shape)
     take_steps(blocks, offsets, radii, len(shape) - 1, steps.reshape(shape[0], -1, shape[-1]))
-    return _read_only(steps)
+    return sealed(steps)
 
 
 def _each(kept: FloatArray, offsets: IntArray, radii: IntArray, shape: tuple[int, ...]) -> FloatArray:
     """(G, 2, N+1, cells…) of (G, 2, ·) blocks."""
     parts = [_laid_out(blocks, offsets, radii, shape) for pair in kept for blocks in pair]
-    return _read_only(np.stack(parts).reshape(*kept.shape[:2], *shape))
+    return sealed(np.stack(parts).reshape(*kept.shape[:2], *shape))
 
 
 def _push_together(scene: Scene, goal: int, weights: FloatArray, results: Results, first: FloatArray) -> None:
@@ -275,7 +275,7 @@ def first_action_probabilities(
     first = np.empty((len(goals), 2, (2 * model.reach + 1) ** lattice.dimension))
     for g, beta in np.ndindex(len(goals), 2):
         scene.first_actions(g, float(beta), first[g, beta])
-    return _read_only(first)
+    return sealed(first)
 
 
 def action_velocities(model: HumanModel, lattice: Lattice, time_step: float) -> FloatArray:
@@ -286,8 +286,3 @@ def action_velocities(model: HumanModel, lattice: Lattice, time_step: float) -> 
 @lru_cache(maxsize=16)
 def _unit_velocities(reach: int, dimension: int) -> FloatArray:
     return ActionSet(speed=1.0, reach=reach, dimension=dimension).velocities
-
-
-def _read_only(array: FloatArray) -> FloatArray:
-    array.setflags(write=False)
-    return array

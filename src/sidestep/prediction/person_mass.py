@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -121,6 +121,7 @@ class PersonMass:
         return compact(self.flat, self.offsets, self.radii, self.spacings, *self.frame, tolerance)
 
 
+@lru_cache(maxsize=3)
 def active_axes(dimension: int) -> IntArray:
     """(3,) 1 for the axes that exist; they are the last ones."""
     return (np.arange(3) >= 3 - dimension).astype(np.int64)
