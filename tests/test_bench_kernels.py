@@ -35,7 +35,7 @@ KERNELS = {  # kernel → (the module that calls it, its time over that of the l
     "goal_box": ("sidestep.planning.search_maps", 0.04),
     "costs_to_go": ("sidestep.planning.search_maps", 0.21),
     "tube": ("sidestep.planning.search_maps", 0.11),
-    "solve": ("sidestep.planning.search", 0.4),
+    "cheapest_path": ("sidestep.planning.search", 0.4),
     "corridor": ("sidestep.planning.polish", 0.13),
     "objective": ("sidestep.planning.polish", 0.02),
     "half_planes": ("sidestep.planning.polish", 0.02),

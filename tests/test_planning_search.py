@@ -119,10 +119,10 @@ def within_slack(arguments, slack):
     """The search within the tube of motions that cost up to `slack` more than the cheapest without risk."""
     horizon, radius, active, taps, effort, first, stage, terminal, blocked = arguments[:9]
     to_go = search_tube.costs_to_go(horizon, radius, active, taps, effort, stage, terminal, blocked)
-    least, low, size = search_tube.tube(
-        horizon, radius, active, taps, effort, first, stage, blocked, *to_go, slack
+    least, low, size, *between = search_tube.tube(
+        horizon, radius, active, taps, effort, first, stage, blocked, *to_go, slack, 0
     )  # fmt: skip
-    whole, between = arguments[10], search_tube.boxes_between(low, size, radius, active, 0)
+    whole = arguments[10]
     values, starts = [], np.zeros(2 * horizon + 2, dtype=np.int64)
     for b in range(1, 2 * horizon + 1):
         full = whole.values[whole.starts[b] : whole.starts[b + 1]].reshape(whole.size[b])
@@ -209,7 +209,7 @@ def test_search_is_the_same_without_compilation():
         to_go = search_tube.costs_to_go(*given_[:5], *given_[6:])
         plain = search_tube.costs_to_go.py_func(*given_[:5], *given_[6:])
         assert plain[0][: plain[1][-1]] == pytest.approx(to_go[0][: to_go[1][-1]])
-        tube = [f(*given_[:7], given_[8], *to_go, 0.7) for f in (search_tube.tube, search_tube.tube.py_func)]
+        tube = [f(*given_[:7], given_[8], *to_go, 0.7, 1) for f in (search_tube.tube, search_tube.tube.py_func)]
         for one, other in zip(*tube, strict=True):
             assert one == pytest.approx(other)
 

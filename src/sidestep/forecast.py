@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal, SlowingGoal
+from sidestep.lazily import lazy
 from sidestep.minds import Mind
 from sidestep.planning.plan import PersonPlan
 from sidestep.prediction.collision import RiskField
@@ -40,12 +41,12 @@ class Forecast:
         """Whether this is what people will do if the robot moves along `path` (N+1, d) m."""
         return bool(np.abs(self.path[: len(path)] - path).max() < _SAME)
 
-    @cached_property
+    @lazy
     def near(self) -> tuple[Subject, ...]:
         """Those who can come close within the horizon."""
         return tuple(s for s in self.everybody if s.mind.id in self.predictions)
 
-    @cached_property
+    @lazy
     def field(self) -> RiskField:
         """P(somebody within clearance) at any place and half instant."""
         return RiskField(
@@ -54,7 +55,7 @@ class Forecast:
             midway=self.around.midway,
         )
 
-    @cached_property
+    @lazy
     def contact(self) -> FloatArray:
         """(N,) P(first contact with anybody at k) along `path`."""
         none = np.ones(self.around.horizon)
@@ -67,7 +68,7 @@ class Forecast:
         found = [self.predictions.get(s.mind.id) for s in self.everybody]
         return [None if p is None else (p.action_probabilities, p.velocities) for p in found]
 
-    @cached_property
+    @lazy
     def first_step(self) -> FirstStep | None:
         """The risk until the next call, or None where it is not limited or nobody is near."""
         around = self.around

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep.lattice import Lattice
+from sidestep.lazily import lazy
 from sidestep.minds import Mind
 from sidestep.obstacles import Obstacles
 from sidestep.prediction.collision import PersonMass
@@ -75,12 +75,12 @@ class Subject:
         own = self.mind.model.horizon
         return max(self.around.horizon if own is None else own, 1)
 
-    @cached_property
+    @lazy
     def position_sigma(self) -> float:
         """Metres, standard deviation of the measured position per axis."""
         return math.sqrt(float(self.mind.position_covariance.trace()) / self.mind.position.size)
 
-    @cached_property
+    @lazy
     def lattice(self) -> Lattice:
         """Cells on which the person's actions land."""
         mind = self.mind
@@ -94,7 +94,7 @@ class Subject:
             return mind.model.randomness
         return max(mind.randomness, self.around.least_randomness)
 
-    @cached_property
+    @lazy
     def free(self) -> BoolArray | None:
         """Cells where the person may be; None: everywhere."""
         if self.around.obstacles is None:
@@ -102,12 +102,12 @@ class Subject:
         cells = self.lattice.with_radius(self.mind.model.reach * (self.around.horizon + self.look_ahead))
         return self.around.obstacles.free_cells(cells, margin=0.5 * self.mind.model.radius)
 
-    @cached_property
+    @lazy
     def spread(self) -> tuple[FloatArray, FloatArray] | None:
         """Weights (C,), sigmas (2N+1, C) m of the Gaussians around every cell at half instants; None: none."""
         return self.mind.spread(np.arange(2.0 * self.around.horizon + 1.0) * (0.5 * self.around.time_step))
 
-    @cached_property
+    @lazy
     def removal(self) -> Removal:
         """Contact, of the person as spread out as their habits say."""
         if self.spread is None:
@@ -117,7 +117,7 @@ class Subject:
         profile = profiles(self.contact, weights, at_steps, blob_table(self.mind.position.size))
         return Removal(distance=self.contact, weights=weights, sigmas=at_steps, profile=profile)
 
-    @cached_property
+    @lazy
     def profile(self) -> tuple[FloatArray, FloatArray] | None:
         """P(nearer than the clearance | distance to the cell) at half instants, see `risk_profile.profiles`."""
         if self.spread is None:

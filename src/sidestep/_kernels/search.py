@@ -192,6 +192,52 @@ def solve(
 
 
 @njit(cache=True, error_model="numpy")
+def cheapest_path(
+    start: FloatArray,
+    spacing: float,
+    horizon: int,
+    radius: int,
+    active: IntArray,
+    taps: IntArray,
+    effort: Costs,
+    first: Costs,
+    stage: Costs,
+    terminal: Costs,
+    blocked: NDArray[np.bool_],
+    blocked_halfway: NDArray[np.bool_],
+    values: Costs,
+    starts: IntArray,
+    some: NDArray[np.bool_],
+    seen_low: IntArray,
+    seen_size: IntArray,
+    weight: float,
+    limit: float,
+    steep: FloatArray,
+    share: float,
+    low: IntArray,
+    size: IntArray,
+    path: FloatArray,
+) -> float:
+    """Write the cheapest path (N + 1, d) m from `start` (d,) m; standing where nothing is admissible.
+
+    Arguments as for `solve`, `values` … `seen_size` being those of `Seen`, and `weight` of both. Returns its cost.
+    """
+    seen = Seen(values, starts, some, seen_low, seen_size)
+    total, chosen = solve(
+        horizon, radius, active, taps, effort, first, stage, terminal, blocked, blocked_halfway, seen,
+        (weight, weight), limit, steep, share, low, size,
+    )  # fmt: skip
+    d = start.size
+    for a in range(d):
+        cells = 0
+        path[0, a] = start[a]
+        for k in range(horizon):
+            cells += taps[chosen[k], 3 - d + a] if np.isfinite(total) else 0
+            path[k + 1, a] = start[a] + spacing * cells
+    return total
+
+
+@njit(cache=True, error_model="numpy")
 def _walk(
     radius: int,
     active: IntArray,

@@ -19,12 +19,12 @@ def goal_box(
     """Goal costs over a box, straight-line: Σ weight·(x − g)² or ‖weight·(x − g)‖.
 
     Args:
-        origin: (3,) m, centre of the box.
-        goal: (3,) m.
-        weight: (3,) θ5.
+        origin: (d,) m, centre of the box.
+        goal: (d,) m.
+        weight: (d,) θ5.
         squared: which of the two.
         spacing: m.
-        half: (3,) cells to the faces.
+        half: (3,) cells to the faces, 0 on the axes that only pad.
 
     Returns:
         costs above the smallest one, and that one.
@@ -32,12 +32,12 @@ def goal_box(
     out = np.empty((2 * half[0] + 1, 2 * half[1] + 1, 2 * half[2] + 1), np.float32)
     parts = np.zeros((3, 2 * max(half[0], half[1], half[2]) + 1))
     lowest = 0.0
-    for a in range(3):
-        least = np.inf
-        for i in range(2 * half[a] + 1):
-            apart = origin[a] + spacing * (i - half[a]) - goal[a]
-            parts[a, i] = apart * apart * weight[a] * (1.0 if squared else weight[a])
-            least = min(least, parts[a, i])
+    for axis in range(3 - origin.size, 3):
+        a, least = axis - 3 + origin.size, np.inf
+        for i in range(2 * half[axis] + 1):
+            apart = origin[a] + spacing * (i - half[axis]) - goal[a]
+            parts[axis, i] = apart * apart * weight[a] * (1.0 if squared else weight[a])
+            least = min(least, parts[axis, i])
         lowest += least
     lowest = lowest if squared else math.sqrt(lowest)
     for i in range(out.shape[0]):
@@ -51,6 +51,18 @@ def goal_box(
                 for k in range(row.size):
                     row[k] = math.sqrt(near + parts[2, k]) - lowest
     return out, lowest
+
+
+@njit(cache=True, error_model="numpy")
+def range_around(costs: NDArray[np.float32], radius: int) -> float:
+    """By how much costs over a box differ at most among the cells within `radius` of its middle."""
+    low, high = np.float32(np.inf), np.float32(-np.inf)
+    m0, m1, m2 = costs.shape[0] // 2, costs.shape[1] // 2, costs.shape[2] // 2
+    for i in range(max(m0 - radius, 0), min(m0 + radius + 1, costs.shape[0])):
+        for j in range(max(m1 - radius, 0), min(m1 + radius + 1, costs.shape[1])):
+            for k in range(max(m2 - radius, 0), min(m2 + radius + 1, costs.shape[2])):
+                low, high = min(low, costs[i, j, k]), max(high, costs[i, j, k])
+    return float(high - low)
 
 
 @njit(cache=True, error_model="numpy")

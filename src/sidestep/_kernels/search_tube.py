@@ -174,6 +174,32 @@ def costs_to_go(
 
 
 @njit(cache=True, error_model="numpy")
+def _boxes_between(
+    low: IntArray, size: IntArray, radius: int, active: IntArray, more: int
+) -> tuple[IntArray, IntArray]:
+    """Boxes (2N + 1, 3) at the half instants: those of the steps, and what lies halfway between them.
+
+    Args:
+        low: (N + 1, 3) lowest cells at the steps, counted from the start.
+        size: (N + 1, 3) cells.
+        radius: K.
+        active: (3,).
+        more: cells around, as far as the robot can get.
+    """
+    blocks = 2 * low.shape[0] - 1
+    first, count = np.zeros((blocks, 3), np.int64), np.ones((blocks, 3), np.int64)
+    for b in range(1, blocks):
+        reach = (radius * b + 1) // 2
+        one, other = b // 2, (b + 1) // 2
+        for a in range(3):
+            if active[a]:
+                last = (low[one, a] + size[one, a] + low[other, a] + size[other, a] - 1) >> 1
+                first[b, a] = max(((low[one, a] + low[other, a]) >> 1) - more, -reach)
+                count[b, a] = min(last + more, reach) - first[b, a] + 1
+    return first, count
+
+
+@njit(cache=True, error_model="numpy")
 def tube(
     horizon: int,
     radius: int,
@@ -186,7 +212,8 @@ def tube(
     to_go: Costs,
     begin: IntArray,
     slack: float,
-) -> tuple[float, IntArray, IntArray]:
+    more: int,
+) -> tuple[float, IntArray, IntArray, IntArray, IntArray]:
     """Boxes around the cells through which a motion may cost up to `slack` more than the cheapest without risk.
 
     Args:
@@ -201,9 +228,11 @@ def tube(
         to_go: of `costs_to_go`, with
         begin: (N + 2,).
         slack: inf: all cells that can be reached.
+        more: as for `_boxes_between`.
 
     Returns:
-        cost of the cheapest without risk, (N + 1, 3) lowest cells, counted from the robot, and (N + 1, 3) cells.
+        cost of the cheapest without risk, (N + 1, 3) lowest cells, counted from the robot, and (N + 1, 3) cells; and
+        what `_boxes_between` returns for these.
     """
     low, size = np.zeros((horizon + 1, 3), np.int64), np.ones((horizon + 1, 3), np.int64)
     for k in range(1, horizon + 1):
@@ -219,7 +248,8 @@ def tube(
         found[at] = min(found[at], cost)
         least = min(least, float(cost + to_go[begin[1] + at]))
     if not np.isfinite(least) or slack == np.inf:
-        return least, low, size
+        first_between, between = _boxes_between(low, size, radius, active, more)
+        return least, low, size, first_between, between
     efforts, windows = axis_efforts(radius, taps, effort), _windows(radius, active, taps)
     bound = least + slack + 1e-5 * (1.0 + abs(least) + slack)
     for k in range(1, horizon + 1):
@@ -239,7 +269,8 @@ def tube(
         found = np.empty(cells_of(box) + WIDTH, np.float32)
         _spread(radius, active, efforts, windows, source, box, found)
         _add_stage(corner, box, found, stage, blocked, found)
-    return least, low, size
+    first_between, between = _boxes_between(low, size, radius, active, more)
+    return least, low, size, first_between, between
 
 
 @njit(cache=True, error_model="numpy")
@@ -273,27 +304,3 @@ def _enclose(
         i0, i1, j0, j1, k0, k1 = 0, box[0] - 1, 0, box[1] - 1, 0, box[2] - 1
     low[0], low[1], low[2] = corner[0] + i0, corner[1] + j0, corner[2] + k0
     size[0], size[1], size[2] = i1 - i0 + 1, j1 - j0 + 1, k1 - k0 + 1
-
-
-@njit(cache=True, error_model="numpy")
-def boxes_between(low: IntArray, size: IntArray, radius: int, active: IntArray, more: int) -> tuple[IntArray, IntArray]:
-    """Boxes (2N + 1, 3) at the half instants: those of the steps, and what lies halfway between them.
-
-    Args:
-        low: (N + 1, 3) lowest cells at the steps, counted from the start.
-        size: (N + 1, 3) cells.
-        radius: K.
-        active: (3,).
-        more: cells around, as far as the robot can get.
-    """
-    blocks = 2 * low.shape[0] - 1
-    first, count = np.zeros((blocks, 3), np.int64), np.ones((blocks, 3), np.int64)
-    for b in range(1, blocks):
-        reach = (radius * b + 1) // 2
-        one, other = b // 2, (b + 1) // 2
-        for a in range(3):
-            if active[a]:
-                last = (low[one, a] + size[one, a] + low[other, a] + size[other, a] - 1) >> 1
-                first[b, a] = max(((low[one, a] + low[other, a]) >> 1) - more, -reach)
-                count[b, a] = min(last + more, reach) - first[b, a] + 1
-    return first, count

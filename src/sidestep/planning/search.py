@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
-from sidestep._kernels.search import Seen, solve
+from sidestep._kernels.search import cheapest_path
 from sidestep.planning.problem import PlanningProblem, respects
 from sidestep.planning.search_maps import SearchMaps, again, prepare, within
-from sidestep.types import FloatArray, IntArray, Path
+from sidestep.types import FloatArray, Path, frozen_array
 
 ENOUGH = 16.0
 """How many times wider a second look may be to be the last one."""
@@ -86,30 +87,32 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
 
     What is looked at is widened until nothing that is left out can be cheaper than what was found.
     """
-    total, chosen = _look(problem, maps, limit, weight)
+    path = np.empty((problem.horizon + 1, problem.dimension))
+    total = _look(problem, maps, limit, weight, path)
     while total > maps.least + maps.slack:
         needed = (total - maps.least) * (1 + 1e-6) + 1e-6
         slack = needed if needed < ENOUGH * maps.slack else WIDER * maps.slack
         dearest = (problem.horizon + problem.terminal_weight) * float(maps.stage.max())
         maps = within(problem, maps, slack if 0.0 < slack < 0.25 * dearest else math.inf)
-        total, chosen = _look(problem, maps, limit, weight)
-    feasible = bool(np.isfinite(total))
-    moves = maps.taps[chosen] if feasible else np.zeros((problem.horizon, problem.dimension), dtype=np.int64)
-    path = np.empty((problem.horizon + 1, problem.dimension))
-    path[0] = problem.start
-    path[1:] = problem.start + maps.spacing * moves.cumsum(axis=0)
+        total = _look(problem, maps, limit, weight, path)
+    feasible = math.isfinite(total)
     risk = problem.risk_along(path)
     cost = problem.cost(path, risk) if feasible else math.inf
     return SearchResult(path=path, feasible=feasible, cost=cost, risk=risk, maps=maps)
 
 
-def _look(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float) -> tuple[float, IntArray]:
-    """One backward induction over what the maps hold: the cost and the indices (N,) of the taps."""
-    share = problem.half_share
-    steep = share * problem.excess_weights if problem.graded else np.full(problem.horizon, math.inf)
-    rasters = maps.rasters
-    return solve(
-        problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first, maps.stage, maps.terminal,
-        maps.blocked, maps.blocked_halfway, Seen(rasters.values, rasters.starts, rasters.some, *rasters.boxes),
-        (share * weight, share * weight), limit * (1 + 1e-6) + 1e-9, steep, problem.standing_share, *maps.boxes,
+def _look(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float, path: Path) -> float:
+    """One backward induction over what the maps hold: its cost, and `path` (N+1, d) m written."""
+    share, rasters = problem.half_share, maps.rasters
+    steep = share * problem.excess_weights if problem.graded else _forbidding(problem.horizon)
+    return cheapest_path(
+        problem.start, maps.spacing, problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first,
+        maps.stage, maps.terminal, maps.blocked, maps.blocked_halfway, rasters.values, rasters.starts, rasters.some,
+        *rasters.boxes, share * weight, limit * (1 + 1e-6) + 1e-9, steep, problem.standing_share, *maps.boxes, path,
     )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _forbidding(horizon: int) -> FloatArray:
+    """(N,) inf: what exceeds the limit is forbidden."""
+    return frozen_array(np.full(horizon, math.inf))

@@ -9,11 +9,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sidestep._kernels.search_maps import field_box, goal_box, wall_box
-from sidestep._kernels.search_tube import boxes_between, costs_to_go, tube
+from sidestep._kernels.search_maps import field_box, goal_box, range_around, wall_box
+from sidestep._kernels.search_tube import costs_to_go, tube
 from sidestep.planning.problem import PlanningProblem
-from sidestep.prediction.collision import Boxes, RiskRasters, all_in_reach
-from sidestep.prediction.person_mass import active_axes
+from sidestep.prediction.collision import Boxes, RiskRasters
+from sidestep.prediction.person_mass import active_axes, embedded_point
 from sidestep.types import BoolArray, FloatArray, IntArray
 
 BUDGET = {1: 2.5e7, 2: 2.5e7, 3: 5e6}
@@ -23,6 +23,7 @@ In 3-D the risk map costs more than the search; one K less made polished plans 0
 FINEST = {1: 10, 2: 5, 3: 3}
 """Largest K by dimension. In 2-D single plans are hardly dearer with 4, but trips among five people take 16 % longer:
 where risk stops the polish, a diagonal step of 4 cells keeps 79 % of the speed."""
+_NO_WALLS = np.zeros((0, 1, 1), dtype=np.bool_), np.zeros((0, 1, 1, 1), dtype=np.bool_)
 AROUND = 3
 """Cells around what is searched that the risk is drawn for too: as far as the polish looks around its path."""
 
@@ -70,19 +71,18 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
     radius = problem.resolution or resolution(problem.horizon, d, problem.shape)
     spacing = problem.max_speed * problem.time_step / radius
     active = active_axes(d)
-    half = radius * problem.horizon * active
-    stage = _goal_costs(problem, spacing, half)
-    blocked = np.zeros((0, 1, 1), dtype=np.bool_)
-    blocked_halfway = np.zeros((0, 1, 1, 1), dtype=np.bool_)
-    if problem.obstacles is not None:
-        blocked, blocked_halfway = _walls(problem, spacing, radius, active)
-    taps, moves = lattice_taps(radius, d, problem.shape), _among_three_axes(radius, d, problem.shape)
+    stage = _goal_costs(problem, spacing, _reach(radius, problem.horizon, d))
+    blocked, blocked_halfway = _NO_WALLS if problem.obstacles is None else _walls(problem, spacing, radius, active)
+    moves = _among_three_axes(radius, d, problem.shape)
     velocities = lattice_velocities(radius, d, problem.shape, spacing / problem.time_step)
     effort = tap_efforts(radius, d, problem.shape, spacing / problem.time_step, problem.effort_weight)
     terminal = np.float32(problem.terminal_weight) * stage
-    everywhere = all_in_reach(problem.horizon, radius, d)
-    maps = SearchMaps(
-        taps=taps,
+    first = _first_costs(problem, velocities)
+    to_go = costs_to_go(problem.horizon, radius, active, moves, effort, stage, terminal, blocked)
+    slack = first_slack(problem, stage, radius)
+    least, boxes, rasters = _look(problem, spacing, radius, moves, effort, first, stage, blocked, to_go, slack)
+    return SearchMaps(
+        taps=lattice_taps(radius, d, problem.shape),
         moves=moves,
         velocities=velocities,
         spacing=spacing,
@@ -93,14 +93,13 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
         blocked=blocked,
         blocked_halfway=blocked_halfway,
         effort=effort,
-        first=_first_costs(problem, velocities),
-        to_go=costs_to_go(problem.horizon, radius, active, moves, effort, stage, terminal, blocked),
-        slack=math.inf,
-        least=0.0,
-        boxes=everywhere,
-        rasters=RiskRasters.nobody(everywhere),
+        first=first,
+        to_go=to_go,
+        slack=slack,
+        least=least,
+        boxes=boxes,
+        rasters=rasters,
     )
-    return within(problem, maps, first_slack(problem, maps))
 
 
 @lru_cache(maxsize=64)
@@ -126,36 +125,53 @@ def again(problem: PlanningProblem, maps: SearchMaps) -> SearchMaps:
     return within(problem, replace(maps, first=first), maps.slack)
 
 
-def first_slack(problem: PlanningProblem, maps: SearchMaps) -> float:
+def first_slack(problem: PlanningProblem, stage: NDArray[np.float32], radius: int) -> float:
     """By how much the first look goes beyond the cheapest motion: what it costs to lose a fifth of all steps.
 
     Where somebody is in the way, that is about what getting past costs; where it is too little, more is looked at. Each
     look draws everybody; among many people it is better to look farther at once.
     """
-    middle = tuple(w // 2 for w in maps.stage.shape)
-    near = maps.stage[tuple(slice(max(m - maps.radius, 0), m + maps.radius + 1) for m in middle)]
     people = 1 if problem.people is None else max(len(problem.people.people), 1)
-    return 0.05 * (1 + people) * problem.horizon * float(near.max() - near.min())
+    return 0.05 * (1 + people) * problem.horizon * range_around(stage, radius)
 
 
 def within(problem: PlanningProblem, maps: SearchMaps, slack: float) -> SearchMaps:
     """The same, looking at motions that cost up to `slack` more than the cheapest without risk."""
-    least, low, size = tube(
-        problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first, maps.stage, maps.blocked,
-        *maps.to_go, slack,
+    least, boxes, rasters = _look(
+        problem, maps.spacing, maps.radius, maps.moves, maps.effort, maps.first, maps.stage, maps.blocked, maps.to_go,
+        slack,
     )  # fmt: skip
-    risky = boxes_between(low, size, maps.radius, maps.active, AROUND)
+    return replace(maps, slack=slack, least=least, boxes=boxes, rasters=rasters)
+
+
+def _look(
+    problem: PlanningProblem,
+    spacing: float,
+    radius: int,
+    moves: IntArray,
+    effort: NDArray[np.float32],
+    first: NDArray[np.float32],
+    stage: NDArray[np.float32],
+    blocked: BoolArray,
+    to_go: tuple[NDArray[np.float32], IntArray],
+    slack: float,
+) -> tuple[float, Boxes, RiskRasters]:
+    """The cost of the cheapest motion without risk, the cells within `slack` of it, and the risk there."""
+    active = active_axes(problem.dimension)
+    least, low, size, *risky = tube(
+        problem.horizon, radius, active, moves, effort, first, stage, blocked, *to_go, slack, AROUND
+    )
     if problem.people is None or not problem.people.people:
-        rasters = RiskRasters.nobody(risky)
-    else:
-        limit = 0.5 if problem.rule == "cells" else problem.risk_limit
-        rasters = problem.people.rasters(problem.start, maps.spacing, risky, limit)
-    return replace(maps, slack=slack, least=least, boxes=(low, size), rasters=rasters)
+        return least, (low, size), RiskRasters.nobody((risky[0], risky[1]))
+    limit = 0.5 if problem.rule == "cells" else problem.risk_limit
+    return least, (low, size), problem.people.rasters(problem.start, spacing, (risky[0], risky[1]), limit)
 
 
 def _first_costs(problem: PlanningProblem, velocities: FloatArray) -> NDArray[np.float32]:
     """What each tap costs at the first step; where acceleration leaves no tap, the one nearest to what it leaves."""
-    costs = problem.first_step_costs(velocities) + problem.wish_costs(velocities)
+    costs = problem.first_step_costs(velocities)
+    if problem.wish is not None:
+        costs += problem.wish_costs(velocities)
     if problem.velocity is not None and problem.largest_change < math.inf and not np.isfinite(costs).any():
         free = replace(problem, max_acceleration=None).first_step_costs(velocities) + problem.wish_costs(velocities)
         change = np.where(np.isfinite(free), np.square(velocities - problem.velocity).sum(axis=1), np.inf)
@@ -166,14 +182,21 @@ def _first_costs(problem: PlanningProblem, velocities: FloatArray) -> NDArray[np
 
 def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDArray[np.float32]:
     """Goal costs over the reachable box."""
-    start = _embedded(problem.start)
     squared = problem.goal_cost == "squared"
     weight = problem.goal_weights
     field = problem.distance_to_goal
     if field is None:
-        return goal_box(start, _embedded(problem.goal), _embedded(weight), squared, spacing, half)[0]
+        return goal_box(problem.start, problem.goal, weight, squared, spacing, half)[0]
     return field_box(
-        start, spacing, half, field.values, field.corner, field.spacing, field.goal, float(weight[0]), squared
+        embedded_point(problem.start),
+        spacing,
+        half,
+        field.values,
+        field.corner,
+        field.spacing,
+        field.goal,
+        float(weight[0]),
+        squared,
     )[0]
 
 
@@ -187,20 +210,21 @@ def _walls(problem: PlanningProblem, spacing: float, radius: int, active: IntArr
     stride = 0.25 * problem.max_speed * problem.time_step * (math.sqrt(d) if problem.shape == "box" else 1.0)
     margin = math.hypot(problem.margin, stride)
     shapes = problem.obstacles.shapes
-    start = _embedded(problem.start)
+    start = embedded_point(problem.start)
     half = (radius * (2 * problem.horizon - 1) + 1) // 2 * active
     boxes: list[BoolArray] = []
     for parity in range(2**d):
         shift = np.array([(parity >> (d - 1 - a)) & 1 for a in range(d)]) * (0.5 * spacing)
-        boxes.append(wall_box(start + _embedded(shift), spacing, half, margin, *shapes))
+        boxes.append(wall_box(start + embedded_point(shift), spacing, half, margin, *shapes))
     return wall_box(start, spacing, radius * problem.horizon * active, margin, *shapes), np.stack(boxes)
 
 
-def _embedded(vector: FloatArray) -> FloatArray:
-    """(d,) → (3,), the missing leading axes at 0."""
-    out = np.zeros(3)
-    out[3 - vector.size :] = vector
-    return out
+@lru_cache(maxsize=64)
+def _reach(radius: int, horizon: int, dimension: int) -> IntArray:
+    """(3,) cells from the robot to the faces of the box that it can reach."""
+    half = radius * horizon * active_axes(dimension)
+    half.setflags(write=False)
+    return half
 
 
 @lru_cache(maxsize=64)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sidestep._kernels.risk import EXACT, compact, row_spans
 from sidestep.lattice import Lattice
+from sidestep.lazily import lazy
 from sidestep.types import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -90,24 +91,24 @@ class PersonMass:
             weights=weights, sigmas=sigmas, profile=profile,
         )  # fmt: skip
 
-    @cached_property
+    @lazy
     def frame(self) -> tuple[FloatArray, FloatArray, IntArray]:
         """Origin (3,), rotation (3, 3) and active axes (3,) of the lattice among three axes."""
         return frame_of_lattice(self.lattice)
 
-    @cached_property
+    @lazy
     def spacings(self) -> FloatArray:
         """(B,) m between the cells of each block."""
         s = np.full(self.radii.size, self.lattice.spacing)
         s[1::2] *= 0.5
         return s
 
-    @cached_property
+    @lazy
     def spans(self) -> tuple[IntArray, IntArray, FloatArray]:
         """Where the mass lies in the rows of every block, all but `EXACT` of it; see `_kernels.risk.row_spans`."""
         return row_spans(self.flat, self.offsets, self.radii, self.frame[2], EXACT)
 
-    @cached_property
+    @lazy
     def spread(self) -> bool:
         """True if positions are blurred."""
         return self.sigmas is not None and self.weights is not None and bool(self.sigmas.max() > 0)
