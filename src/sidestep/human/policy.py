@@ -41,6 +41,10 @@ from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray
 
 
+_EVERYWHERE = np.zeros((0, 0), np.bool_)  # no walls
+_NOTHING_USED = np.zeros(0)
+
+
 def look_ahead(model: HumanModel, horizon: int) -> tuple[int, int]:
     """(M, lead): actions that a person looks ahead, and 1 if they anticipate the robot's motion (N_H ≥ 1), else 0."""
     prediction = horizon if model.horizon is None else model.horizon
@@ -123,9 +127,9 @@ def policy_of(
         costs=CostTables(axes, table, danger.axes, danger.table),
         actions=actions,
         tables=tables,
-        used=tables.max(axis=1) if tables.size > 0 else np.zeros(0),
+        used=tables.max(axis=1) if tables.size > 0 else _NOTHING_USED,
         differs=differs,
-        free=np.zeros((0, 0), np.bool_) if free is None else free,
+        free=_EVERYWHERE if free is None else free,
         rationality=float(model.rationality),
     )
 

@@ -221,10 +221,7 @@ def _worth_following(joint: FloatArray) -> FloatArray:
     """Return the weights without those that sum to at most `UNFOLLOWED`; the others make up for them."""
     if joint.min() > UNFOLLOWED / joint.size:
         return joint
-    small = joint <= UNFOLLOWED / joint.size
-    if not joint[small].any():
-        return joint
-    kept = np.where(small, 0.0, joint)
+    kept = np.where(joint > UNFOLLOWED / joint.size, joint, 0.0)
     return kept * (joint.sum() / kept.sum())
 
 

@@ -61,6 +61,10 @@ class Results:
     contact: FloatArray
 
 
+_NO_ACTIONS = np.zeros(0)
+_NOT_SPREAD = np.zeros((1, 0)), np.zeros((1, 4))
+
+
 class Workspace:
     """Scratch arrays that `predict` may reuse from call to call (one per thread); results never live in it."""
 
@@ -88,7 +92,7 @@ class Workspace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constants:
-    """What depends on sizes alone: scratch (see `propagate`; contact shares) and constants.
+    """What depends on sizes alone: scratch (see `propagate`; contact shares; nobody reads `nowhere`) and constants.
 
     The mass at half instants 0..2N makes up blocks, flat, of `radii` cells from the anchor; they begin at `offsets`,
     or at `step_offsets` where those of mid-steps are empty.
@@ -99,6 +103,7 @@ class Constants:
     line: FloatArray
     lost: IntArray
     same: FloatArray
+    nowhere: Results
     shares: FloatArray
     offsets: IntArray
     step_offsets: IntArray
@@ -119,6 +124,7 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
         line=np.zeros(columns + 4 * reach),
         lost=np.zeros(6, np.int64),
         same=np.repeat(np.eye(count)[None], 3, axis=0),
+        nowhere=Results(blocks=np.zeros(0), contact=np.zeros(1)),
         shares=np.empty(sum((2 * reach * k + 1) ** dimension for k in range(1, horizon + 1))),
         offsets=np.cumsum(np.array([0, *sizes]), dtype=np.int64),
         step_offsets=np.cumsum(np.array([0, *(0 if b % 2 else size for b, size in enumerate(sizes))]), dtype=np.int64),
@@ -223,8 +229,7 @@ class Scene:
 
     def first_actions(self, goal: int, beta: float, actions: FloatArray) -> None:
         """Write P(u | x; goal, β) at the anchor now into `actions` (n,)."""
-        nowhere = Results(blocks=np.zeros(0), contact=np.zeros(1))
-        self._propagate(goal, 0, 1, 1.0, beta, nowhere, actions)
+        self._propagate(goal, 0, 1, 1.0, beta, self._constants.nowhere, actions)
 
     def _propagate(
         self,
@@ -242,7 +247,7 @@ class Scene:
             behaviour.mixture, behaviour.tables, behaviour.used, behaviour.differs, calm.words, calm.radii,
             calm.offsets, calm.masks, calm.odds, minding.radii, minding.offsets, minding.masks, minding.odds,
             *self.given, first, last, weight, concerned, own.field, own.scratch, own.line, own.lost, results.blocks,
-            results.contact, np.zeros(0) if actions is None else actions,
+            results.contact, _NO_ACTIONS if actions is None else actions,
         )  # fmt: skip
 
     def _behave(self, goal: int, first: int, last: int, minding: bool) -> Behaviour:
@@ -343,7 +348,7 @@ def _conditions(
 
 def _contact_profiles(removal: Removal, horizon: int, dimension: int) -> tuple[FloatArray, FloatArray]:
     if removal.weights is None or removal.sigmas is None:
-        return np.zeros((1, 0)), np.zeros((1, 4))
+        return _NOT_SPREAD
     sigmas = np.ascontiguousarray(removal.sigmas, dtype=np.float64)
     weights = np.ascontiguousarray(removal.weights, dtype=np.float64)
     if weights.ndim != 1 or sigmas.shape != (horizon + 1, weights.size):
