@@ -169,6 +169,43 @@ def test_what_is_left_out_of_the_search_is_not_missed(seed, case, walls, separab
         assert ((low <= path) & (path < low + size)).all()
 
 
+@given(
+    seed=st.integers(0, 10**6),
+    case=st.sampled_from([(1, 4, 2, "box"), (2, 3, 1, "box"), (2, 3, 1, "disc"), (2, 2, 2, "disc"), (3, 2, 1, "disc")]),
+    walls=st.booleans(),
+    separable=st.booleans(),
+    slack=st.floats(0.0, 3.0),
+)
+@options(max_examples=12)
+def test_bounds_of_the_search_are_the_costs_without_risk(seed, case, walls, separable, slack):
+    d, horizon, radius, shape = case
+    given_, arguments = made_case(seed, d, horizon, radius, shape, walls=walls, midway=False, steep=np.inf)
+    if separable:
+        given_["effort"][:] = 0.03 * np.square(given_["taps"]).sum(axis=1)
+    _, _, active, taps, effort, first, stage, terminal, blocked = arguments[:9]
+    wall = blocked.reshape(given_["stage"].shape) if walls else None
+    before, after = naive.free_costs(horizon, radius, given_, wall)
+    to_go, begin = search_tube.costs_to_go(horizon, radius, active, taps, effort, stage, terminal, blocked)
+    for k in range(1, horizon + 1):
+        assert to_go[begin[k] : begin[k + 1]] == pytest.approx(np.array(list(after[k].values())), rel=1e-5, abs=1e-5)
+    least, low, size, *_ = search_tube.tube(
+        horizon, radius, active, taps, effort, first, stage, blocked, to_go, begin, slack, 0
+    )
+    assert least == pytest.approx(min(cost + after[1][cell] for cell, cost in before[1].items()), rel=1e-5)
+    if not np.isfinite(least):
+        return
+    for k in range(1, horizon + 1):
+        total = {cell: cost + after[k][cell] for cell, cost in before[k].items()}
+        first_cell, last_cell = low[k, 3 - d :], (low + size)[k, 3 - d :] - 1
+        within = [cell for cell, cost in total.items() if cost <= least + slack - 1e-3]
+        at_most = [
+            cell for cell, cost in total.items() if cost <= least + slack + 1e-3
+        ]  # rounding decides about the edge
+        assert all((first_cell <= cell).all() and (cell <= last_cell).all() for cell in within)
+        assert (first_cell >= np.min(at_most, axis=0)).all()
+        assert (last_cell <= np.max(at_most, axis=0)).all()
+
+
 @given(seed=st.integers(0, 10**6), count=st.integers(1, 40), taps=st.integers(1, 20))
 @options(max_examples=40)
 def test_minimum_over_taps_is_that_of_its_definition(seed, count, taps):
