@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,7 +35,7 @@ class Lattice:
         if not _settled(origin):
             object.__setattr__(self, "origin", frozen_array(origin))
         if rotation.size == 0:
-            object.__setattr__(self, "rotation", frozen_array(np.eye(self.origin.size)))
+            object.__setattr__(self, "rotation", identity(self.origin.size))
         elif not _settled(rotation):
             object.__setattr__(self, "rotation", frozen_array(rotation))
 
@@ -77,7 +78,7 @@ class Lattice:
 
 
 def heading_rotation(direction: VectorLike) -> FloatArray:
-    """Return the (d, d) rotation whose first column points along `direction` ((d,), any length).
+    """Return the (d, d) rotation whose first column points along `direction` ((d,), any length); read-only.
 
     A zero direction gives the identity. In 1-D the result is [[±1]]; in 3-D the second axis stays horizontal.
     """
@@ -85,17 +86,23 @@ def heading_rotation(direction: VectorLike) -> FloatArray:
     d = v.size
     norm = math.hypot(*v)
     if norm < 1e-12:
-        return np.eye(d)
+        return identity(d)
     if d == 2:
         x, y = float(v[0]) / norm, float(v[1]) / norm
-        return np.array([[x, -y], [y, x]])
+        return sealed(np.array([[x, -y], [y, x]]))
     first = v / norm
     if d == 1:
-        return first.reshape(1, 1)
+        return frozen_array(first.reshape(1, 1))
     side = np.cross([0.0, 0.0, 1.0], first)
     length = float(np.linalg.norm(side))
     second = side / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
-    return np.stack([first, second, np.cross(first, second)], axis=1)
+    return sealed(np.stack([first, second, np.cross(first, second)], axis=1))
+
+
+@lru_cache(maxsize=8)
+def identity(dimension: int) -> FloatArray:
+    """Return the (d, d) rotation that turns nothing, read-only."""
+    return frozen_array(np.eye(dimension))
 
 
 def _settled(array: FloatArray) -> bool:
