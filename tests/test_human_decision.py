@@ -71,6 +71,17 @@ def test_a_path_shorter_than_the_look_ahead_is_refused() -> None:
         first_action_costs(case.model, case.lattice, PointGoal((1.0, 0.0)), case.path[:2], 1, TIME_STEP)
 
 
+@given(seed=st.integers(0, 2**32 - 1), d=st.integers(1, 3), error=st.floats(-2.0, 2.0))
+def test_a_misjudged_robot_is_off_along_the_line_of_sight(seed: int, d: int, error: float) -> None:
+    rng = np.random.default_rng(seed)
+    path, place = rng.normal(size=(4, d)), rng.normal(size=d)
+    path[0] = place  # no line of sight
+    sight = path - place
+    expected = path + error * sight / np.maximum(np.linalg.norm(sight, axis=1, keepdims=True), 1e-9)
+    for seen_off in (kernel.seen_off, kernel.seen_off.py_func):
+        np.testing.assert_allclose(seen_off(path, place, error), expected, rtol=1e-13, atol=1e-13)
+
+
 some_costs = st.lists(st.one_of(st.floats(0.0, 3.0), st.just(1.0), st.just(math.inf)), min_size=1, max_size=25)
 
 

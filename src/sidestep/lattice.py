@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed, settled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,13 +31,9 @@ class Lattice:
     rotation: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
-        origin, rotation = self.origin, self.rotation
-        if not _settled(origin):
-            object.__setattr__(self, "origin", frozen_array(origin))
-        if rotation.size == 0:
-            object.__setattr__(self, "rotation", identity(self.origin.size))
-        elif not _settled(rotation):
-            object.__setattr__(self, "rotation", frozen_array(rotation))
+        object.__setattr__(self, "origin", settled(self.origin))
+        rotation = settled(self.rotation) if self.rotation.size > 0 else identity(self.origin.size)
+        object.__setattr__(self, "rotation", rotation)
 
     @property
     def dimension(self) -> int:
@@ -103,8 +99,3 @@ def heading_rotation(direction: VectorLike) -> FloatArray:
 def identity(dimension: int) -> FloatArray:
     """Return the (d, d) rotation that turns nothing, read-only."""
     return frozen_array(np.eye(dimension))
-
-
-def _settled(array: FloatArray) -> bool:
-    """Whether nobody can change it any more, so that it need not be copied."""
-    return array.base is None and not array.flags.writeable and array.dtype == np.float64 and array.flags.c_contiguous

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sidestep._kernels.sweep import CostTables, axis_radius, row_count, sweep
+from sidestep._kernels.sweep import CostTables, Values, axis_radius, row_count, sweep
 from sidestep._kernels.sweep_tables import (
     danger_tables,
     lay_out_actions,
@@ -105,7 +105,7 @@ def _goal_terms(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _with_effort(arrive: FloatArray, taps: FloatArray, centre: int, dimension: int) -> FloatArray:
+def _with_effort(arrive: Values, taps: FloatArray, centre: int, dimension: int) -> FloatArray:
     """(n,) what arriving with each action costs from the middle cell, and the action itself; last axis fastest."""
     count = taps.shape[2]
     r0, r1 = axis_radius(count // 2, dimension)
@@ -120,6 +120,20 @@ def _with_effort(arrive: FloatArray, taps: FloatArray, centre: int, dimension: i
                 effort = taps[0, 0, pad0 + u0] + taps[0, 1, pad1 + u1] + taps[0, 2, u2]
                 out[a] = arrive[row, centre - count // 2 + u2] + effort
                 a += 1
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def seen_off(path: FloatArray, place: FloatArray, error: float) -> FloatArray:
+    """(K, d) m: `path` as it is seen from `place` (d,) m, every position farther off by `error` m."""
+    out = np.empty_like(path)
+    for k in range(path.shape[0]):
+        square = 0.0
+        for a in range(place.size):
+            square += (path[k, a] - place[a]) ** 2
+        distance = max(math.sqrt(square), 1e-9)
+        for a in range(place.size):
+            out[k, a] = path[k, a] + error * (path[k, a] - place[a]) / distance
     return out
 
 

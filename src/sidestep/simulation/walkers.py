@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sidestep._kernels.decide import drawn, odds_of
+from sidestep._kernels.decide import drawn, odds_of, seen_off
 from sidestep.human.actions import ActionSet
 from sidestep.human.cost import TIE, danger_law
 from sidestep.human.decision import first_action_costs
@@ -188,10 +188,7 @@ class ModelWalker(Walker):
             return danger_law(model), path
         if model.danger_decay == "distance":
             return (model.danger_weight * math.exp(-model.danger_rate * epsilon), model.danger_rate), path
-        sight = path - self._place
-        distance = np.linalg.norm(sight, axis=1, keepdims=True)
-        seen = path + epsilon * sight / np.maximum(distance, 1e-9)
-        return (model.danger_weight, model.danger_rate), seen
+        return (model.danger_weight, model.danger_rate), seen_off(path, self._place, epsilon)
 
     def _aim(self) -> PointGoal | DirectionGoal | StandGoal:
         if self._way:
