@@ -15,7 +15,7 @@ from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.occupancy import Prediction, Workspace
 from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
-from sidestep.types import FloatArray, IntArray, Path
+from sidestep.types import FloatArray, IntArray, Path, Vector
 
 _SAME = 1e-6  # m; motions closer than this induce the same prediction
 
@@ -138,7 +138,11 @@ def person_plan(subject: Subject, seen: Forecast) -> PersonPlan:
 def _name(goal: Goal) -> str:
     """A goal in a few words."""
     if isinstance(goal, PointGoal):
-        return "at (" + ", ".join(f"{x:.2f}" for x in goal.position) + ")"
+        return f"at ({_numbers(goal.position)})"
     if isinstance(goal, DirectionGoal):
-        return "along (" + ", ".join(f"{x:.2f}" for x in goal.velocity) + ") m/s"
+        return f"along ({_numbers(goal.velocity)}) m/s"
     return "slows down" if isinstance(goal, SlowingGoal) else "stands still"
+
+
+def _numbers(vector: Vector) -> str:
+    return ", ".join([f"{x:.2f}" for x in vector.tolist()])

@@ -80,11 +80,12 @@ def heading_rotation(direction: VectorLike) -> FloatArray:
     """
     v = np.asarray(direction, dtype=np.float64)
     d = v.size
-    norm = math.hypot(*v)
+    parts: list[float] = v.tolist()
+    norm = math.hypot(*parts)
     if norm < 1e-12:
         return identity(d)
     if d == 2:
-        x, y = float(v[0]) / norm, float(v[1]) / norm
+        x, y = parts[0] / norm, parts[1] / norm
         return sealed(np.array([[x, -y], [y, x]]))
     first = v / norm
     if d == 1:
