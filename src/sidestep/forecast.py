@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from threading import Lock
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from sidestep.minds import Mind
 from sidestep.planning.plan import PersonPlan
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
-from sidestep.prediction.occupancy import Prediction, Workspace
+from sidestep.prediction.occupancy import Occupancy, Prediction, Workspace
 from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
 from sidestep.types import FloatArray, IntArray, Path, Vector
 
@@ -118,14 +119,27 @@ def _mixed(mind: Mind, prediction: Prediction) -> FloatArray:
     return mind.belief.weights.ravel() @ probabilities.reshape(-1, probabilities.shape[-1])
 
 
-def person_plan(subject: Subject, seen: Forecast) -> PersonPlan:
-    """Return what a plan made under `seen` says of one person; whoever is too far away is predicted when asked for."""
+class Afterwards:
+    """Predicts people who did not matter to a plan, when somebody asks for them: later, and from whatever thread."""
+
+    def __init__(self) -> None:
+        self._workspace = Workspace()
+        self._busy = Lock()
+
+    def occupancy(self, subject: Subject, path: Path) -> Occupancy:
+        """Where they will be if the robot moves along `path`."""
+        with self._busy:
+            return subject.predicted(path, self._workspace).occupancy
+
+
+def person_plan(subject: Subject, seen: Forecast, afterwards: Afterwards) -> PersonPlan:
+    """Return what a plan made under `seen` says of one person; whoever is too far away is predicted `afterwards`."""
     mind, spread, path = subject.mind, subject.spread, seen.path
     prediction = seen.predictions.get(mind.id)
     known = None if prediction is None else prediction.occupancy  # a plan is kept; all of `seen` need not be
     return PersonPlan(
         belief=mind.belief.concerned,
-        foretell=lambda: subject.predicted(path, Workspace()).occupancy if known is None else known,
+        foretell=lambda: afterwards.occupancy(subject, path) if known is None else known,
         collision_probability=np.zeros(seen.around.horizon) if prediction is None else prediction.contact,
         goals=dict(zip(map(_name, mind.goals), mind.belief.goals.tolist(), strict=True)),
         randomness=subject.randomness,

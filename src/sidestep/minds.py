@@ -24,6 +24,7 @@ from sidestep.human.habits import Habits
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import Facing, Way
+from sidestep.lattice import identity
 from sidestep.types import FloatArray, Vector, frozen_array
 
 _STALE = 3.0  # time steps after which a displacement no longer tells one action
@@ -328,8 +329,7 @@ def _weigh(mind: Mind, position: Vector, covariance: FloatArray, time: float, ti
     if anchor is None or not 0 < elapsed <= _STALE * time_step:
         return believed
     moved = position - anchor.position
-    doubt = covariance + anchor.covariance
-    doubt.flat[:: doubt.shape[0] + 1] += (model.action_noise * elapsed) ** 2
+    doubt = covariance + anchor.covariance + (model.action_noise * elapsed) ** 2 * identity(position.size)
     # by clearance: a displacement tells where to; whether they mind is told otherwise
     weighed = weigh_action(
         believed.weights, anchor.probabilities, anchor.velocities, moved, elapsed, doubt,
