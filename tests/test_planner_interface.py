@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -202,6 +203,22 @@ def test_the_same_calls_give_the_same_plans() -> None:
 
     for a, b in zip(run(), run(), strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+def test_people_who_are_too_far_away_are_predicted_when_asked_for_even_later_and_from_other_threads() -> None:
+    """What was not asked for at once is the same later, whatever was asked in between and by how many at a time."""
+    far = [person(40.0, 0.0, id="a", velocity=(1.0, 0.2)), person(-30.0, 20.0, id="b", velocity=(0.0, -1.3))]
+    one, other = planner(), planner()
+    plans = [one.step(time=0.5 * k, robot=ROBOT, people=far) for k in range(4)]
+    at_once: list[dict[str, np.ndarray]] = []
+    for k in range(4):
+        plan = other.step(time=0.5 * k, robot=ROBOT, people=far)
+        at_once.append({name: plan.people[name].occupancy.probability.copy() for name in "ab"})
+    asked = [(k, name) for k in range(4) for name in "ba"]
+    with ThreadPoolExecutor(4) as pool:
+        later = list(pool.map(lambda key: plans[key[0]].people[key[1]].occupancy.probability, asked))
+    for (k, name), probability in zip(asked, later, strict=True):
+        np.testing.assert_array_equal(probability, at_once[k][name])
 
 
 def test_a_map_without_walls_is_no_map() -> None:

@@ -24,7 +24,7 @@ class Belief:
     @property
     def concerned(self) -> float:
         """P(β = 1), strictly between 0 and 1."""
-        return float(self.weights[:, 1].sum())
+        return float(sum(self.weights[:, 1].tolist()))
 
     @property
     def goals(self) -> FloatArray:

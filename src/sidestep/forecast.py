@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from threading import Lock
 
 import numpy as np
 
@@ -14,9 +15,9 @@ from sidestep.minds import Mind
 from sidestep.planning.plan import PersonPlan
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
-from sidestep.prediction.occupancy import Prediction, Workspace
+from sidestep.prediction.occupancy import Occupancy, Prediction, Workspace
 from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
-from sidestep.types import FloatArray, IntArray, Path
+from sidestep.types import FloatArray, IntArray, Path, Vector
 
 _SAME = 1e-6  # m; motions closer than this induce the same prediction
 
@@ -119,14 +120,27 @@ def _mixed(mind: Mind, prediction: Prediction) -> FloatArray:
     return mind.belief.weights.ravel() @ probabilities.reshape(-1, probabilities.shape[-1])
 
 
-def person_plan(subject: Subject, seen: Forecast) -> PersonPlan:
-    """Return what a plan made under `seen` says of one person; whoever is too far away is predicted when asked for."""
+class Afterwards:
+    """Predicts people who did not matter to a plan, when somebody asks for them: later, and from whatever thread."""
+
+    def __init__(self) -> None:
+        self._workspace = Workspace()
+        self._busy = Lock()
+
+    def occupancy(self, subject: Subject, path: Path) -> Occupancy:
+        """Where they will be if the robot moves along `path`."""
+        with self._busy:
+            return subject.predicted(path, self._workspace).occupancy
+
+
+def person_plan(subject: Subject, seen: Forecast, afterwards: Afterwards) -> PersonPlan:
+    """Return what a plan made under `seen` says of one person; whoever is too far away is predicted `afterwards`."""
     mind, spread, path = subject.mind, subject.spread, seen.path
     prediction = seen.predictions.get(mind.id)
     known = None if prediction is None else prediction.occupancy  # a plan is kept; all of `seen` need not be
     return PersonPlan(
         belief=mind.belief.concerned,
-        foretell=lambda: subject.predicted(path, Workspace()).occupancy if known is None else known,
+        foretell=lambda: afterwards.occupancy(subject, path) if known is None else known,
         collision_probability=np.zeros(seen.around.horizon) if prediction is None else prediction.contact,
         goals=dict(zip(map(_name, mind.goals), mind.belief.goals.tolist(), strict=True)),
         randomness=subject.randomness,
@@ -139,7 +153,11 @@ def person_plan(subject: Subject, seen: Forecast) -> PersonPlan:
 def _name(goal: Goal) -> str:
     """A goal in a few words."""
     if isinstance(goal, PointGoal):
-        return "at (" + ", ".join(f"{x:.2f}" for x in goal.position) + ")"
+        return f"at ({_numbers(goal.position)})"
     if isinstance(goal, DirectionGoal):
-        return "along (" + ", ".join(f"{x:.2f}" for x in goal.velocity) + ") m/s"
+        return f"along ({_numbers(goal.velocity)}) m/s"
     return "slows down" if isinstance(goal, SlowingGoal) else "stands still"
+
+
+def _numbers(vector: Vector) -> str:
+    return ", ".join([f"{x:.2f}" for x in vector.tolist()])

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed, settled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,13 +31,9 @@ class Lattice:
     rotation: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
-        origin, rotation = self.origin, self.rotation
-        if not _settled(origin):
-            object.__setattr__(self, "origin", frozen_array(origin))
-        if rotation.size == 0:
-            object.__setattr__(self, "rotation", frozen_array(np.eye(self.origin.size)))
-        elif not _settled(rotation):
-            object.__setattr__(self, "rotation", frozen_array(rotation))
+        object.__setattr__(self, "origin", settled(self.origin))
+        rotation = settled(self.rotation) if self.rotation.size > 0 else identity(self.origin.size)
+        object.__setattr__(self, "rotation", rotation)
 
     @property
     def dimension(self) -> int:
@@ -77,27 +74,29 @@ class Lattice:
 
 
 def heading_rotation(direction: VectorLike) -> FloatArray:
-    """Return the (d, d) rotation whose first column points along `direction` ((d,), any length).
+    """Return the (d, d) rotation whose first column points along `direction` ((d,), any length); read-only.
 
     A zero direction gives the identity. In 1-D the result is [[±1]]; in 3-D the second axis stays horizontal.
     """
     v = np.asarray(direction, dtype=np.float64)
     d = v.size
-    norm = math.hypot(*v)
+    parts: list[float] = v.tolist()
+    norm = math.hypot(*parts)
     if norm < 1e-12:
-        return np.eye(d)
+        return identity(d)
     if d == 2:
-        x, y = float(v[0]) / norm, float(v[1]) / norm
-        return np.array([[x, -y], [y, x]])
+        x, y = parts[0] / norm, parts[1] / norm
+        return sealed(np.array([[x, -y], [y, x]]))
     first = v / norm
     if d == 1:
-        return first.reshape(1, 1)
+        return frozen_array(first.reshape(1, 1))
     side = np.cross([0.0, 0.0, 1.0], first)
     length = float(np.linalg.norm(side))
     second = side / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
-    return np.stack([first, second, np.cross(first, second)], axis=1)
+    return sealed(np.stack([first, second, np.cross(first, second)], axis=1))
 
 
-def _settled(array: FloatArray) -> bool:
-    """Whether nobody can change it any more, so that it need not be copied."""
-    return array.base is None and not array.flags.writeable and array.dtype == np.float64 and array.flags.c_contiguous
+@lru_cache(maxsize=8)
+def identity(dimension: int) -> FloatArray:
+    """Return the (d, d) rotation that turns nothing, read-only."""
+    return frozen_array(np.eye(dimension))

@@ -24,6 +24,7 @@ from sidestep.human.habits import Habits
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import Facing, Way
+from sidestep.lattice import identity
 from sidestep.types import FloatArray, Vector, frozen_array
 
 _STALE = 3.0  # time steps after which a displacement no longer tells one action
@@ -92,10 +93,10 @@ class Mind:
         goal = self.goals[0]
         if len(self.goals) == 1 and isinstance(goal, PointGoal):
             way = goal.position - self.position
-            distance = math.hypot(*way)
+            distance = math.hypot(*way.tolist())
             pace = self.velocity if self.habits is None else self.habits.mean_velocity
             if distance > _ARRIVED:
-                return way * (max(math.hypot(*pace), 1e-6) / distance)
+                return way * (max(math.hypot(*pace.tolist()), 1e-6) / distance)
         return self.velocity if self.habits is None else self.habits.extrapolated_velocity
 
     @property
@@ -139,7 +140,7 @@ def met(
         before = known.get(name)
         if seen.position.shape != (dimension,):
             raise Unplaceable(f"person {seen.id!r}: position has {seen.position.size} coordinates, not {dimension}")
-        if not np.isfinite(seen.position).all():
+        if not _finite(seen.position):
             if before is None or time - before.seen > memory:
                 raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")
             present[name] = miss(before, time)
@@ -147,7 +148,8 @@ def met(
             present[name] = replace(meet(seen, seen.model or model, time), id=name)
         elif time > before.seen:
             given = seen.model or model
-            known_as = before if before.model == given else replace(before, model=given)
+            same = before.model is given or before.model == given
+            known_as = before if same else replace(before, model=given)
             present[name] = observe(known_as, seen, time, time_step)
         else:
             present[name] = before
@@ -159,7 +161,7 @@ def met(
 
 def _same_but_goals(one: HumanModel, other: HumanModel) -> bool:
     """Whether two models differ at most in their candidate goals: what is believed of awareness is worth keeping."""
-    return one == other or replace(one, goals=()) == replace(other, goals=())
+    return one is other or one == other or replace(one, goals=()) == replace(other, goals=())
 
 
 def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind:
@@ -210,7 +212,7 @@ def observe(mind: Mind, observation: PersonObservation, time: float, time_step: 
     anchor = mind.anchor
     if anchor is not None and (len(anchor.probabilities) != len(goals) or time - anchor.time >= 0.999 * time_step):
         anchor = None  # its evidence is in the belief now; the next prediction sets a new one
-    return Mind(  # `replace` would take longer than Bayes' rule
+    return Mind(
         id=mind.id,
         model=mind.model,
         seen=time,
@@ -250,17 +252,15 @@ def expect(mind: Mind, probabilities: FloatArray, velocities: FloatArray, time: 
     """
     if mind.anchor is not None or mind.seen != time:
         return mind
-    return replace(
-        mind,
-        anchor=Anchor(
-            time=time,
-            position=mind.measured,
-            covariance=mind.covariance,
-            probabilities=probabilities,
-            velocities=velocities,
-            belief=mind.belief,
-        ),
+    anchor = Anchor(
+        time=time,
+        position=mind.measured,
+        covariance=mind.covariance,
+        probabilities=probabilities,
+        velocities=velocities,
+        belief=mind.belief,
     )
+    return _with(mind, anchor, mind.facing)
 
 
 def face(mind: Mind, way: Way, contact: float, time: float) -> Mind:
@@ -276,7 +276,25 @@ def face(mind: Mind, way: Way, contact: float, time: float) -> Mind:
         return mind
     courses = () if mind.facing is None else mind.facing.courses
     facing = Facing(settings=mind.model.reaction, way=way, contact=contact, courses=courses)
-    return replace(mind, facing=facing.noted(mind.habits, time))
+    return _with(mind, mind.anchor, facing.noted(mind.habits, time))
+
+
+def _with(mind: Mind, anchor: Anchor | None, facing: Facing | None) -> Mind:
+    """The same mind with these; `replace` would take longer than Bayes' rule."""
+    return Mind(
+        id=mind.id,
+        model=mind.model,
+        seen=mind.seen,
+        measured=mind.measured,
+        covariance=mind.covariance,
+        position=mind.position,
+        velocity=mind.velocity,
+        habits=mind.habits,
+        goals=mind.goals,
+        belief=mind.belief,
+        anchor=anchor,
+        facing=facing,
+    )
 
 
 def by_clearance(mind: Mind) -> bool:
@@ -311,8 +329,7 @@ def _weigh(mind: Mind, position: Vector, covariance: FloatArray, time: float, ti
     if anchor is None or not 0 < elapsed <= _STALE * time_step:
         return believed
     moved = position - anchor.position
-    doubt = covariance + anchor.covariance
-    np.fill_diagonal(doubt, doubt.diagonal() + (model.action_noise * elapsed) ** 2)
+    doubt = covariance + anchor.covariance + (model.action_noise * elapsed) ** 2 * identity(position.size)
     # by clearance: a displacement tells where to; whether they mind is told otherwise
     weighed = weigh_action(
         believed.weights, anchor.probabilities, anchor.velocities, moved, elapsed, doubt,
@@ -328,9 +345,9 @@ def _goals(
     observation: PersonObservation, model: HumanModel, state: Habits | None, velocity: Vector
 ) -> tuple[tuple[Goal, ...], FloatArray | None]:
     """Candidate goals and the prior over them (None: uniform)."""
-    if observation.goal is not None and np.isfinite(observation.goal).all():
+    if observation.goal is not None and _finite(observation.goal):
         return (PointGoal(observation.goal),), None
-    fitting = [g for g in model.candidates if len(g) == observation.position.size]
+    fitting = [g for g in model.candidates if len(g) == observation.position.size] if model.goals else []
     if fitting:
         return tuple(PointGoal(g) for g in fitting), None
     if state is None:
@@ -343,9 +360,14 @@ def _goals(
 def _covariance(observation: PersonObservation, model: HumanModel) -> FloatArray:
     d = observation.position.size
     given = observation.position_covariance
-    if given is not None and given.shape == (d, d) and np.isfinite(given).all() and (np.diag(given) >= 0).all():
+    if given is not None and given.shape == (d, d) and _finite(given.ravel()) and min(given.diagonal().tolist()) >= 0:
         return given
     return _isotropic(model.measurement_noise, d)
+
+
+def _finite(values: Vector) -> bool:
+    """Whether all of (n,) few numbers are."""
+    return all(map(math.isfinite, values.tolist()))
 
 
 @lru_cache(maxsize=64)
@@ -355,6 +377,6 @@ def _isotropic(sigma: float, d: int) -> FloatArray:
 
 def _velocity(mind: Mind, observation: PersonObservation, time: float) -> Vector:
     """The observed velocity, or a difference of positions where the observation brings none."""
-    if observation.velocity is not None and np.isfinite(observation.velocity).all():
+    if observation.velocity is not None and _finite(observation.velocity):
         return observation.velocity
     return frozen_array((observation.position - mind.measured) / (time - mind.seen))

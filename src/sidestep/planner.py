@@ -15,7 +15,7 @@ import numpy as np
 from sidestep import minds
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.exits import exits
-from sidestep.forecast import person_plan
+from sidestep.forecast import Afterwards, person_plan
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import Way
@@ -30,7 +30,7 @@ from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed, settled
 
 _log = logging.getLogger(__name__)
 
@@ -65,6 +65,7 @@ class Planner:
         self.obstacles = obstacles or None  # a map without walls is no map
         self.settings = _settled(settings, changes)
         self._workspace = Workspace()
+        self._afterwards = Afterwards()
         self._pace = Pace()
         self._minds: dict[str, Mind] = {}
         self._last: Plan | None = None
@@ -139,7 +140,7 @@ class Planner:
             return f"time ran backwards by {back:.3g} s; starting afresh"
         if robot.position.shape != self.goal.shape:
             return f"robot position has {robot.position.size} coordinates, the goal {self.goal.size}"
-        if not np.isfinite(robot.position).all():
+        if not all(map(math.isfinite, robot.position.tolist())):
             return f"robot position is {robot.position.tolist()}"
         if isinstance(self.robot, DifferentialDrive) and (robot.heading is None or not math.isfinite(robot.heading)):
             return f"robot heading is {robot.heading}; a differential drive needs a finite one"
@@ -220,14 +221,14 @@ class Planner:
             time_step=settings.time_step,
             velocity=frozen_array(self.robot.limited(velocities[0])),
             command=frozen_array(self.robot.command(velocities[0], now.state, hold=self._interval)),
-            positions=frozen_array(outcome.path),
+            positions=settled(outcome.path),
             velocities=sealed(velocities),
             collision_probability=sealed(seen.contact),
             risk=sealed(risk),
             risk_limit=settings.risk_limit,
             status=outcome.status,
             reason=_reason(outcome, settings, risk),
-            people=MappingProxyType({s.mind.id: person_plan(s, seen) for s in seen.everybody}),
+            people=MappingProxyType({s.mind.id: person_plan(s, seen, self._afterwards) for s in seen.everybody}),
             horizon_used=now.around.horizon,
             rounds=outcome.rounds,
             cost=outcome.cost,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sidestep.types import Vector, VectorLike, frozen_array
+from sidestep.types import Vector, VectorLike, settled
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,7 +19,7 @@ class PointGoal:
     position: Vector
 
     def __init__(self, position: VectorLike) -> None:
-        object.__setattr__(self, "position", frozen_array(position))
+        object.__setattr__(self, "position", settled(position))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +33,7 @@ class DirectionGoal:
     velocity: Vector
 
     def __init__(self, velocity: VectorLike) -> None:
-        object.__setattr__(self, "velocity", frozen_array(velocity))
+        object.__setattr__(self, "velocity", settled(velocity))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +52,7 @@ class SlowingGoal:
     time: float
 
     def __init__(self, velocity: VectorLike, time: float) -> None:
-        object.__setattr__(self, "velocity", frozen_array(velocity))
+        object.__setattr__(self, "velocity", settled(velocity))
         object.__setattr__(self, "time", float(time))
 
     def held(self, duration: float) -> DirectionGoal:

@@ -90,7 +90,7 @@ class Habits:
     @property
     def slow(self) -> bool:
         """Whether the present velocity is below walking."""
-        return math.hypot(*self.velocity) < self.settings.standing_speed
+        return math.hypot(*self.velocity.tolist()) < self.settings.standing_speed
 
     @property
     def modes(self) -> Vector:
@@ -118,7 +118,7 @@ class Habits:
         """(d,) m/s, the mean over the last `span` s; None where nothing nearly so old is remembered."""
         d = self.position.size
         old = kernel.oldest_within(self.history, span + 0.5 * self.settings.gap)
-        elapsed = float(self.history[0, 0] - self.history[old, 0])
+        elapsed = self.history.item(0, 0) - self.history.item(old, 0)
         return (self.position - self.history[old, 1 : 1 + d]) / elapsed if elapsed > 0.7 * span else None
 
     def sensed(self, t: FloatArray) -> FloatArray:
@@ -131,7 +131,7 @@ class Habits:
 
     def _habitual_variance(self) -> float:
         """m²/s² per axis, velocity noise of the settled filter behind a sensor of `habitual_noise` at this rate."""
-        s, dt = self.settings, float(self.history[0, 0] - self.history[1, 0])
+        s, dt = self.settings, self.history.item(0, 0) - self.history.item(1, 0)
         if not dt > 0 or s.habitual_noise <= 0:  # NaN before the second observation
             return 0.0
         return settled_variance(s.acceleration_density, s.habitual_noise, round(dt, 3))
@@ -212,10 +212,10 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
 
     """
     s = state.settings
-    z = np.array(position, dtype=np.float64)
+    z = np.asarray(position, dtype=np.float64)
     dt = time - state.time
     d = state.mean.size // 2
-    if z.size != d or not (math.isfinite(dt) and np.isfinite(z).all()) or -s.time_out <= dt <= 1e-6:
+    if z.size != d or not all(map(math.isfinite, (dt, *z.tolist()))) or -s.time_out <= dt <= 1e-6:
         return state
     r = _usable(covariance, d, s.measurement_noise)
     if dt > s.time_out or dt < 0 or kernel.is_another(state.mean, state.covariance, z, r, s.top_speed * dt):
@@ -231,7 +231,8 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
 
 
 def _standing(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray) -> bool:
-    return math.hypot(*velocity) < s.standing_speed and math.hypot(*mean_velocity) < s.standing_speed
+    slow = s.standing_speed
+    return math.hypot(*velocity.tolist()) < slow and math.hypot(*mean_velocity.tolist()) < slow
 
 
 def _usable(covariance: FloatArray | None, d: int, sigma: float) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sidestep.human.model import HumanModel
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array
+from sidestep.types import FloatArray, Vector, VectorLike, settled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,16 +43,11 @@ class PersonObservation:
         position_covariance: FloatArray | None = None,
         velocity_covariance: FloatArray | None = None,
     ) -> None:
-        def keep(values: VectorLike | FloatArray | None) -> FloatArray | None:
-            return None if values is None else frozen_array(values)
-
-        for name, value in (
-            ("id", id),
-            ("position", frozen_array(position)),
-            ("velocity", keep(velocity)),
-            ("goal", keep(goal)),
-            ("model", model),
-            ("position_covariance", keep(position_covariance)),
-            ("velocity_covariance", keep(velocity_covariance)),
-        ):
-            object.__setattr__(self, name, value)
+        keep = object.__setattr__
+        keep(self, "id", id)
+        keep(self, "position", settled(position))
+        keep(self, "velocity", None if velocity is None else settled(velocity))
+        keep(self, "goal", None if goal is None else settled(goal))
+        keep(self, "model", model)
+        keep(self, "position_covariance", None if position_covariance is None else settled(position_covariance))
+        keep(self, "velocity_covariance", None if velocity_covariance is None else settled(velocity_covariance))

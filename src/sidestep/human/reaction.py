@@ -118,7 +118,7 @@ class Facing:
         """Return the same with the present course, if it is a collision course."""
         s = self.settings
         velocity = habits.velocity_over(s.pace_time)
-        if velocity is None or math.hypot(*velocity) < s.slowest:
+        if velocity is None or math.hypot(*velocity.tolist()) < s.slowest:
             return self
         if self.courses and time - self.courses[-1].time < 0.5 * habits.settings.gap:
             return self

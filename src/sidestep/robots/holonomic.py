@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from sidestep.errors import InvalidInput
 from sidestep.robots.state import RobotState, checked_limit
-from sidestep.types import Vector, VectorLike
+from sidestep.types import Vector, VectorLike, sealed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +62,7 @@ class Holonomic:
     def limited(self, velocity: VectorLike) -> Vector:
         """Return `velocity` (d,) m/s scaled into the speed limit, its direction kept."""
         u = np.asarray(velocity, dtype=np.float64)
-        fastest = float(np.abs(u).max()) if self.shape == "box" else float(np.linalg.norm(u))
+        fastest = max(map(abs, u.tolist())) if self.shape == "box" else math.sqrt(u.dot(u))
         return u if fastest <= self.max_speed else u * (self.max_speed / fastest)
 
     def command(self, velocity: VectorLike, state: RobotState, *, hold: float = 0.0) -> Vector:
@@ -77,7 +78,7 @@ class Holonomic:
         u = self.limited(command)
         heading = state.heading
         if self.max_acceleration is None or state.velocity is None:
-            return RobotState(position=state.position + u * dt, heading=heading, velocity=u)
+            return RobotState(position=sealed(state.position + u * dt), heading=heading, velocity=u)
         change = u - state.velocity
         size = float(np.linalg.norm(change))
         ramp = size / self.max_acceleration

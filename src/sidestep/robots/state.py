@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from sidestep.errors import InvalidInput
-from sidestep.types import Vector, VectorLike, frozen_array
+from sidestep.types import Vector, VectorLike, settled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -27,9 +27,9 @@ class RobotState:
     def __init__(
         self, *, position: VectorLike, heading: float | None = None, velocity: VectorLike | None = None
     ) -> None:
-        object.__setattr__(self, "position", frozen_array(position))
+        object.__setattr__(self, "position", settled(position))
         object.__setattr__(self, "heading", heading)
-        object.__setattr__(self, "velocity", None if velocity is None else frozen_array(velocity))
+        object.__setattr__(self, "velocity", None if velocity is None else settled(velocity))
 
 
 def checked_limit(value: float | None, name: str, allowed: str) -> None:

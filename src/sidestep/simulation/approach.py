@@ -10,6 +10,11 @@ from sidestep.types import BoolArray, FloatArray
 STANDING = 0.05  # m/s, a robot slower than this stands
 
 
+def lengths(vectors: FloatArray) -> FloatArray:
+    """(…, d) → (…), of vectors along the last axis; what `np.linalg.norm` takes longer for."""
+    return np.sqrt((vectors * vectors).sum(axis=-1))
+
+
 def closest_within_steps(robot: FloatArray, people: FloatArray) -> FloatArray:
     """Least distance during each step, exact for motions that are straight between the samples.
 
@@ -22,12 +27,13 @@ def closest_within_steps(robot: FloatArray, people: FloatArray) -> FloatArray:
     """
     relative = people - robot[:, None]
     first, last = relative[:-1], relative[1:]
-    first, last = np.where(np.isnan(first), last, first), np.where(np.isnan(last), first, last)
+    if np.isnan(relative).any():
+        first, last = np.where(np.isnan(first), last, first), np.where(np.isnan(last), first, last)
     move = last - first
     square = (move**2).sum(axis=-1)
     moved = square > 0
     share = np.where(moved, -(first * move).sum(axis=-1) / np.where(moved, square, 1.0), 0.0)
-    return np.linalg.norm(first + np.clip(share, 0.0, 1.0)[..., None] * move, axis=-1)
+    return lengths(first + np.minimum(np.maximum(share, 0.0), 1.0)[..., None] * move)
 
 
 def contacts(record: Record, gaps: FloatArray) -> tuple[int, int]:
@@ -42,7 +48,9 @@ def contacts(record: Record, gaps: FloatArray) -> tuple[int, int]:
         lasted; and those in which a person walked into a robot that stood or drew back.
     """
     touching = gaps < record.robot_radius + record.people_radii  # NaN compares false
-    speed = np.linalg.norm(record.robot_velocities, axis=-1)
+    if not touching.any():
+        return 0, 0
+    speed = lengths(record.robot_velocities)
     moving = standing = 0
     for person in range(touching.shape[1]):
         for begin, end in _stretches(touching[:, person]):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.simulation.approach import among_robots, closest_within_steps, contacts
+from sidestep.simulation.approach import among_robots, closest_within_steps, contacts, lengths
 from sidestep.simulation.record import Record
 from sidestep.types import FloatArray
 
@@ -82,12 +82,12 @@ def measure(record: Record) -> Metrics:
     """Return the numbers of a run."""
     people = record.people_positions
     gaps = closest_within_steps(record.robot_positions, people)  # (T, P) m
-    sampled = np.linalg.norm(people - record.robot_positions[:, None], axis=-1)  # (T+1, P) m
+    sampled = lengths(people - record.robot_positions[:, None])  # (T+1, P) m
     moving, standing = contacts(record, gaps)
     predicted, realised = _violations(record, sampled)
     robot_contacts, robot_gap = among_robots(record)
     pi_r, pi_h, lateral_r, lateral_h = _indices(record)
-    planning = 1e3 * record.planning_time[record.plan_age <= 1e-9]
+    planning = np.sort(1e3 * record.planning_time[record.plan_age <= 1e-9])
     arrival = _arrival(record)
     return Metrics(
         steps=len(record.status),
@@ -116,9 +116,9 @@ def measure(record: Record) -> Metrics:
         turning=_turning(record.robot_positions),
         human_turning=sum(_turning(people[:, i]) for i in range(people.shape[1])),
         status_counts={"certified": 0, "least_risk": 0, "stopped": 0} | Counter(record.status),
-        plan_median=float(np.median(planning)) if len(planning) else math.nan,
-        plan_p95=float(np.percentile(planning, 95)) if len(planning) else math.nan,
-        plan_max=float(planning.max()) if len(planning) else math.nan,
+        plan_median=_quantile(planning, 0.5),
+        plan_p95=_quantile(planning, 0.95),
+        plan_max=_quantile(planning, 1.0),
     )
 
 
@@ -132,7 +132,7 @@ def _arrival(record: Record) -> float:
     if not record.reached_goal:
         return math.nan
     tolerance = float(record.settings.get("robot", {}).get("goal_tolerance", 0.0))
-    gap = np.linalg.norm(record.robot_positions[1:] - record.robot_goal, axis=-1)
+    gap = lengths(record.robot_positions[1:] - record.robot_goal)
     inside = np.flatnonzero(gap <= tolerance + 1e-12)
     return float(record.time[1 + inside[0]]) if len(inside) else float(record.time[-1])
 
@@ -157,7 +157,7 @@ def _indices(record: Record) -> tuple[float, float, float, float]:
     whole = ratio >= 1 and abs(ratio - round(ratio)) < 1e-6
     every, share = (round(ratio), 1.0) if whole else (1, 1 / ratio)
     robot, people, goals = record.robot_positions[::every], record.people_positions[::every], record.people_goals
-    known = np.flatnonzero(np.isfinite(goals).all(axis=-1))
+    known = np.flatnonzero(np.isfinite(goals).all(axis=-1)).tolist()
     return (
         share * _squares(robot, record.robot_goal),
         share * sum(_squares(people[:, i], goals[i]) for i in known),
@@ -167,7 +167,7 @@ def _indices(record: Record) -> tuple[float, float, float, float]:
 
 
 def _squares(path: FloatArray, goal: FloatArray) -> float:
-    return float(np.nansum((path - goal) ** 2))
+    return _total((path - goal) ** 2)
 
 
 def _lateral(path: FloatArray, goal: FloatArray) -> float:
@@ -176,25 +176,42 @@ def _lateral(path: FloatArray, goal: FloatArray) -> float:
     if len(path) == 0:
         return 0.0
     way = goal - path[0]
-    length = float(np.linalg.norm(way))
+    length = math.sqrt(way.dot(way))
     offset = path - path[0]
     unit = way / length if length > 0 else way
-    return float(np.linalg.norm(offset - np.outer(offset @ unit, unit), axis=-1).sum())
+    return float(lengths(offset - (offset @ unit)[:, None] * unit).sum())
 
 
 def _length(path: FloatArray) -> float:
-    return float(np.nansum(np.linalg.norm(np.diff(path, axis=0), axis=-1)))
+    return _total(lengths(path[1:] - path[:-1]))
+
+
+def _total(values: FloatArray) -> float:
+    """Sum of what is known."""
+    total = float(values.sum())
+    return float(np.nansum(values)) if math.isnan(total) else total
 
 
 def _turning(path: FloatArray) -> float:
     """Sum (rad) of the angles between successive displacements; pauses do not count."""
-    moves = np.diff(path, axis=0)
-    lengths = np.linalg.norm(moves, axis=-1)
-    moves = moves[lengths > _TURN] / lengths[lengths > _TURN][:, None]
+    moves = path[1:] - path[:-1]
+    strides = lengths(moves)
+    turning = strides > _TURN
+    moves = moves[turning] / strides[turning][:, None]
     if len(moves) < 2:
         return 0.0
-    chords = np.linalg.norm(np.diff(moves, axis=0), axis=-1)  # exact for small angles, where arccos is not
+    chords = lengths(moves[1:] - moves[:-1])  # exact for small angles, where arccos is not
     return float((2 * np.arcsin(np.minimum(chords / 2, 1.0))).sum())
+
+
+def _quantile(ordered: FloatArray, share: float) -> float:
+    """Of values in rising order, between the two nearest where it falls between them; NaN of none."""
+    if not len(ordered):
+        return math.nan
+    place = share * (len(ordered) - 1)
+    low = int(place)
+    below, above = float(ordered[low]), float(ordered[min(low + 1, len(ordered) - 1)])
+    return below + (place - low) * (above - below)
 
 
 def _least(values: FloatArray) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -173,7 +174,7 @@ class Run:
         motion = self._in_force
         self.recorder.step(motion, motion.status, planning_time=self.spent, age=now - self.planned_at, planned=planned)
         if self.on_step is not None:
-            distance = float(np.linalg.norm(self.state.position - self.goal))
+            distance = math.dist(self.state.position, self.goal)
             self.on_step(
                 Step(
                     index=self.index,
@@ -197,8 +198,11 @@ class Run:
 
     def _arrived(self, state: RobotState) -> bool:
         """Whether a robot in this state is at its goal: its middle, or the point that follows the plan."""
-        points = (state.position, self.robot.reference(state))
-        return min(float(np.linalg.norm(p - self.goal)) for p in points) <= self.scenario.robot.goal_tolerance
+        followed = self.robot.reference(state)
+        away = math.dist(followed, self.goal)
+        if followed is not state.position:
+            away = min(away, math.dist(state.position, self.goal))
+        return away <= self.scenario.robot.goal_tolerance
 
     @property
     def _in_force(self) -> Answer:
@@ -252,7 +256,7 @@ class Run:
         here = self.robot.reference(self.state)
         if isinstance(motion, Plan):
             return carried_forward(motion, time=now, start=here, goal=self.goal, steps=steps)
-        speed = float(np.linalg.norm(motion.velocity))
+        speed = math.sqrt(motion.velocity.dot(motion.velocity))
         return straight(here, self.goal, speed=speed, time_step=s.planner.time_step, steps=steps)
 
     def _places(self, time: float) -> FloatArray:

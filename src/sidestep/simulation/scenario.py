@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from typing import Annotated, Any, Self
 
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
@@ -124,7 +124,9 @@ class Scenario(Settings):
             own.setdefault("randomness", person.randomness)
         elif person.kind == "random":
             own.setdefault("randomness", 1.0)
-        return _HUMAN.validate_python(asdict(self.human) | own) if own else self.human
+        if not person.behaviour:  # numbers that are numbers already
+            return replace(self.human, **own) if own else self.human
+        return _HUMAN.validate_python(asdict(self.human) | own)
 
     def changed(self, **values: Any) -> Self:
         """Return this scenario with other values of top-level fields, checked again.

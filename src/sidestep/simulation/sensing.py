@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from sidestep.human.observation import PersonObservation
 from sidestep.simulation.people import Person, Recorded
 from sidestep.simulation.settings import MeasurementSettings
-from sidestep.types import FloatArray, Vector
+from sidestep.types import FloatArray, Vector, frozen_array, sealed
 
 _STEADY_WINDOW = 0.3  # s, shortest stretch over which noisy positions give a velocity worth having
 _FORGOTTEN = 1.5  # s, measurements older than this do not enter a velocity
@@ -50,7 +51,8 @@ class Sensor:
         self.window = settings.velocity_window or (max(step, _STEADY_WINDOW) if noisy else step)
         self._past: dict[str, deque[tuple[float, Vector]]] = {}
         variance = settings.position_noise**2
-        self._covariance = variance * np.eye(dimension) if variance > 0 else None
+        self._covariance = frozen_array(variance * np.eye(dimension)) if variance > 0 else None
+        self._silence = frozen_array(np.zeros(dimension))
 
     def warm_up(self, people: Sequence[Person], step: float) -> None:
         """Measure people during the last instants before the run, where it is known where they came from."""
@@ -69,7 +71,7 @@ class Sensor:
             place = person.position(time)
             if place is None or not seen or not self._visible(robot, place):
                 continue
-            measured = place + noise
+            measured = sealed(place + noise)
             self._remember(person.id, time, measured)
             velocity, covariance = self._velocity(person, time) if self.settings.velocity else (None, None)
             observations.append(
@@ -86,13 +88,13 @@ class Sensor:
 
     def _luck(self) -> tuple[Vector, bool]:
         s = self.settings
-        noise = np.zeros(self._dimension)
+        noise = self._silence
         if s.position_noise > 0:
             noise = s.position_noise * self._generator.standard_normal(self._dimension)
         return noise, not (s.dropout > 0 and self._generator.random() < s.dropout)
 
     def _visible(self, robot: Vector, place: Vector) -> bool:
-        if self.settings.range is not None and float(np.linalg.norm(place - robot)) > self.settings.range:
+        if self.settings.range is not None and math.dist(place, robot) > self.settings.range:
             return False
         return self._obstacles is None or bool(self._obstacles.segment_free(robot[None], place[None], margin=0.0)[0])
 
@@ -120,4 +122,4 @@ class Sensor:
             then, there = t, place
         elapsed = now - then
         covariance = None if self._covariance is None else 2 * self._covariance / elapsed**2
-        return (here - there) / elapsed, covariance
+        return sealed((here - there) / elapsed), covariance

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import cached_property
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sidestep._kernels.decide import drawn, odds_of, seen_off
 from sidestep.human.actions import ActionSet
+from sidestep.human.cost import TIE, danger_law
+from sidestep.human.decision import first_action_costs
 from sidestep.human.goals import DirectionGoal, PointGoal, StandGoal
 from sidestep.human.model import HumanModel
-from sidestep.human.policy import TIE, action_values
-from sidestep.lattice import Lattice, heading_rotation
+from sidestep.lattice import Lattice, heading_rotation, identity
 from sidestep.simulation.people import Surroundings, point_or_none
 from sidestep.simulation.settings import PersonSettings
-from sidestep.types import BoolArray, FloatArray, IntArray, Path, Vector, frozen_array
+from sidestep.types import BoolArray, FloatArray, IntArray, Path, Vector, frozen_array, sealed
 
 if TYPE_CHECKING:
     from sidestep.simulation.scenario import Scenario
@@ -50,7 +51,7 @@ class Walker:
         wanted = settings.decision_interval or scenario.planner.time_step
         self._interval = max(round(wanted / step), 1) * step
         self._next_decision = settings.appears
-        self._place: Vector = np.array(settings.start)
+        self._place: Vector = frozen_array(settings.start)
         self._way = [np.array(p) for p in settings.waypoints] + ([] if self.goal is None else [self.goal])
         self._changes = sorted(settings.goal_changes, key=lambda change: change.time)
         self._switches = sorted(settings.switch_times) if settings.kind == "switching" else []
@@ -85,7 +86,7 @@ class Walker:
         heeds = self.generator.random() < self.settings.heeds_signal  # drawn always: luck does not depend on the robot
         if around.signal and heeds:
             self.awareness = 1.0
-        while len(self._way) > 1 and np.linalg.norm(self._way[0] - self._place) <= _ARRIVED:
+        while len(self._way) > 1 and math.dist(self._way[0], self._place) <= _ARRIVED:
             self._way.pop(0)
         self.velocity = self.choose(around)
 
@@ -97,7 +98,7 @@ class Walker:
         """Walk; a wall stops."""
         if self.position(start) is None:
             return
-        there = self._place + (end - start) * self.velocity
+        there = sealed(self._place + (end - start) * self.velocity)
         if self._obstacles is None or self._obstacles.segment_free(self._place[None], there[None], margin=0.0)[0]:
             self._place = there
 
@@ -155,54 +156,39 @@ class ModelWalker(Walker):
             chances = np.ones(len(self._velocities)) if free is None else _reachable(free, self._multiples)
         else:
             chances = self._deliberate(lattice, around, free, error)
-        if chances.sum() <= 0:
-            return np.zeros_like(self._place)
-        index = int(np.searchsorted(np.cumsum(chances / chances.sum()), which, side="right"))
-        return lattice.rotation @ self._velocities[min(index, len(self._velocities) - 1)]
+        index = drawn(chances, which)
+        return np.zeros_like(self._place) if index < 0 else lattice.rotation @ self._velocities[index]
 
     def _deliberate(self, lattice: Lattice, around: Surroundings, free: BoolArray | None, error: float) -> FloatArray:
         """(n,) weights of the actions in P_d (Eq. 5)."""
-        model, path = self._perceived(around, error)
-        values = action_values(
-            model, lattice.with_radius(0), self._aim(), path, int(self.awareness), around.time_step, free,
-            others_along(around, len(path)) if model.repulsion_weight > 0 else None,
-        ).ravel()  # fmt: skip
-        best = float(values.min())
-        if not np.isfinite(best):
-            return np.zeros_like(values)
-        if np.isfinite(model.rationality):
-            return np.exp(-model.rationality * (values - best))
-        return (values <= best + TIE * abs(best) + 1e-12).astype(np.float64)
+        model = self.model
+        law, path = self._perceived(around, error)
+        costs = first_action_costs(
+            model, lattice, self._aim(), path, int(self.awareness), around.time_step, free,
+            others_along(around, len(path)) if model.repulsion_weight > 0 else None, law,
+        )  # fmt: skip
+        return odds_of(costs, model.rationality, TIE)
 
     def _lattice(self, time_step: float) -> Lattice:
         """Around oneself; along the way to the goal where the model has the person's own frame."""
         model, d = self.model, self._place.size
-        way = self.target - self._place
-        rotation = heading_rotation(way) if model.frame == "heading" else np.eye(d)
+        rotation = heading_rotation(self.target - self._place) if model.frame == "heading" else identity(d)
         radius = model.reach * self._looked_ahead
         return Lattice(origin=self._place, spacing=model.walking_speed * time_step, radius=radius, rotation=rotation)
 
-    def _perceived(self, around: Surroundings, error: float) -> tuple[HumanModel, Path]:
-        """The robot's motion as this person judges it: every distance is off by the same ε ~ N(0, σ²) (Eq. 2a).
+    def _perceived(self, around: Surroundings, error: float) -> tuple[tuple[float, float], Path]:
+        """Danger (weight, rate) and motion of the robot as judged here: all distances are off by the same ε (Eq. 2a).
 
-        For the decay exp(−θ4·(d + ε)) that is a factor on θ3; otherwise the robot is seen farther off or nearer by ε
-        along the line of sight.
+        For the decay exp(−θ4·(d + ε)), ε ~ N(0, σ²), that is a factor on θ3; otherwise the robot is seen farther off or
+        nearer by ε along the line of sight.
         """
         model, path = self.model, around.robot_path[: self._looked_ahead + 1]
         epsilon = model.perception_noise * error
         if epsilon == 0:
-            return model, path
+            return danger_law(model), path
         if model.danger_decay == "distance":
-            weight = model.danger_weight * float(np.exp(-model.danger_rate * epsilon))
-            return replace(model, danger_weight=weight, perception_noise=0.0), path
-        sight = path - self._place
-        distance = np.linalg.norm(sight, axis=1, keepdims=True)
-        return self._sharp_sighted, path + epsilon * sight / np.maximum(distance, 1e-9)
-
-    @cached_property
-    def _sharp_sighted(self) -> HumanModel:
-        """The model of someone whose error of perception is in the path already."""
-        return replace(self.model, perception_noise=0.0)
+            return (model.danger_weight * math.exp(-model.danger_rate * epsilon), model.danger_rate), path
+        return (model.danger_weight, model.danger_rate), seen_off(path, self._place, epsilon)
 
     def _aim(self) -> PointGoal | DirectionGoal | StandGoal:
         if self._way:
