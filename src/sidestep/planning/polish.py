@@ -47,8 +47,12 @@ def polish(problem: PlanningProblem, found: SearchResult, *, rounds: int = 2) ->
     best = PolishedPath(path=found.path, cost=found.cost, risk=found.risk, rounds=0)
     if not found.feasible:
         return best
+    solver = piqp.DenseSolver()
+    settings = solver.settings
+    settings.eps_abs = settings.eps_rel = 1e-6
+    settings.max_iter = 40
     for _ in range(rounds):
-        moved = _solution(problem, best.path, found.maps, least_gain=1e-4 * abs(best.cost))
+        moved = _solution(solver, problem, best.path, found.maps, least_gain=1e-4 * abs(best.cost))
         better = None if moved is None else _accepted(problem, best, moved)
         if better is None:
             return best
@@ -70,14 +74,15 @@ def _accepted(problem: PlanningProblem, best: PolishedPath, moved: FloatArray) -
     return None
 
 
-def _solution(problem: PlanningProblem, path: Path, maps: SearchMaps, least_gain: float) -> FloatArray | None:
-    """Positions (N·d,) m that solve one convex program; None if the solver fails or the program promises too little."""
+def _solution(
+    solver: piqp.DenseSolver, problem: PlanningProblem, path: Path, maps: SearchMaps, least_gain: float
+) -> FloatArray | None:
+    """Positions (N·d,) m that solve one convex program; None if the solver fails or the program promises too little.
+
+    They are the solver's own, and hold until it is asked again.
+    """
     rows, planes = _program(problem, path, maps)
     n = rows.shape[1]
-    solver = piqp.DenseSolver()
-    settings = solver.settings
-    settings.eps_abs = settings.eps_rel = 1e-6
-    settings.max_iter = 40
     limits = (planes[:n].T, None, planes[n]) if planes.size else (None, None, None)
     solver.setup(rows[:n].T, rows[n], None, None, *limits, rows[n + 1], rows[n + 2])  # it wants columns first
     if solver.solve() != piqp.PIQP_SOLVED:
