@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from alternatives.program import forbidden, objective_value
+from alternatives.program import forbidden, interpolated, objective_value, room_to, trust_region
 from sidestep._kernels.path_costs import goal_costs, half_instants, motion_cost, top_speed
 from sidestep._kernels.program import CHORD_ANGLE, goal_model, half_planes, objective
+from sidestep._kernels.program_around import REACH, part_way, program_around, promised_gain
 
 STEPS = 4
 
@@ -27,7 +28,9 @@ def test_hessian_and_linear_term_are_those_of_the_sums(generator, d, wished):
     path = made_path(generator, d)
     curvature, slope = generator.uniform(0.1, 2.0, (STEPS, d)), generator.normal(size=(STEPS, d))
     effort, first = generator.uniform(0.1, 1.0, d), generator.normal(size=d)
-    hessian, linear = objective(path, curvature, slope, effort, first, wished)
+    rows = np.full((STEPS * d + 1, STEPS * d), np.nan)
+    objective(path, curvature, slope, effort, first, wished, rows)
+    hessian, linear = rows[:-1], rows[-1]
     np.testing.assert_allclose(hessian, hessian.T)
 
     def slow(x):
@@ -63,13 +66,13 @@ def test_half_planes_hold_exactly_where_their_definitions_do(generator, d, box):
     path = made_path(generator, d)
     directions = np.concatenate([np.eye(d), -np.eye(d)])
     room = generator.uniform(0.0, 0.4, (2 * STEPS, 2 * d))
-    columns, bounds = half_planes(path, room, directions, 0.15, 0.5, box, 100.0)
+    *columns, bounds = half_planes(path, room, directions, 0.15, 0.5, box, 100.0)
     closer = forbidden(path, room, directions, 0.15)
     assert len(closer) > 0
     for _ in range(10):
         x = path[1:] + generator.normal(0, 0.1, (STEPS, d))
         places = half_instants(np.concatenate([path[:1], x]))[:, 3 - d :]
-        margin = bounds - x.ravel() @ columns
+        margin = bounds - x.ravel() @ np.array(columns)
         expected = [limit - places[n] @ direction for n, direction, limit in closer]
         np.testing.assert_allclose(margin[: len(closer)], expected, atol=1e-12)
         moves = np.diff(np.concatenate([path[:1], x]), axis=0)
@@ -84,17 +87,17 @@ def test_half_planes_hold_exactly_where_their_definitions_do(generator, d, box):
 @pytest.mark.parametrize("d", [2, 3])
 def test_chords_keep_the_present_direction_within_the_speed_limit(generator, d):
     path = made_path(generator, d)
-    columns, bounds = half_planes(path, np.zeros((0, 2)), np.eye(d), 0.1, 0.5, False, 100.0)
+    *columns, bounds = half_planes(path, np.zeros((0, 2)), np.eye(d), 0.1, 0.5, False, 100.0)
     moves = np.diff(path, axis=0)
     for part, allowed in ((0.5 * np.cos(0.5 * CHORD_ANGLE) - 1e-6, True), (0.5 + 1e-6, False)):
         strides = part * moves / np.linalg.norm(moves, axis=1, keepdims=True)
         x = path[0] + np.cumsum(strides, axis=0)
-        assert np.all(x.ravel() @ columns <= bounds + 1e-9) == allowed
+        assert np.all(x.ravel() @ np.array(columns) <= bounds + 1e-9) == allowed
 
 
 def test_steps_that_cannot_reach_the_limit_get_no_half_plane(generator):
     path = np.zeros((STEPS + 1, 2))
-    _, bounds = half_planes(path, np.zeros((0, 2)), np.eye(2), 0.1, 0.5, False, 0.2)
+    *_, bounds = half_planes(path, np.zeros((0, 2)), np.eye(2), 0.1, 0.5, False, 0.2)
     assert bounds.size == 0
 
 
@@ -105,7 +108,7 @@ def test_motion_cost_is_its_sums(generator, d):
     effort, at_goal = generator.uniform(0.1, 1.0, d), generator.uniform(0, 3, STEPS)
     risk = generator.uniform(0, 0.1, 2 * STEPS)
     steep = np.where(np.arange(STEPS) < 2, 1e3, 50.0)
-    found = motion_cost(path, at_goal, 0.7, effort, 0.5, risk, 15.0, steep, 0.05, 1 / 3)
+    found = motion_cost(path, at_goal, 0.7, effort, 0.5, risk, 0.5, 30.0, 2 * steep, 0.05, 1 / 3)
     velocities = np.diff(path, axis=0) / 0.5
     price = (15.0 * risk + np.repeat(steep, 2) * np.maximum(risk - 0.05, 0)).reshape(-1, 2).sum(axis=1)
     price[2] /= 3
@@ -115,3 +118,80 @@ def test_motion_cost_is_its_sums(generator, d):
     path[1, 0] = np.nan
     assert np.isnan(top_speed(path, 0.5, True))
     assert np.isnan(top_speed(path, 0.5, False))
+
+
+def surroundings(generator, d, width=12):
+    """Smooth rasters of risk around the robot, and which of them hold anything."""
+    active = np.arange(3) >= 3 - d
+    low, size = (
+        np.tile(np.where(active, -width, 0), (2 * STEPS + 1, 1)),
+        np.tile(np.where(active, 2 * width + 1, 1), (2 * STEPS + 1, 1)),
+    )
+    axes = np.meshgrid(*[np.arange(n) + m for n, m in zip(size[0], low[0], strict=True)], indexing="ij")
+    rasters = []
+    for _ in range(2 * STEPS + 1):
+        middle, steepness = np.where(active, generator.normal(0, 4.0, 3), 0.0), generator.uniform(0.02, 0.2)
+        away = sum((x - m) ** 2 for x, m in zip(axes, middle, strict=True))
+        rasters.append(np.exp(-steepness * away).astype(np.float32))
+    starts = np.arange(2 * STEPS + 2) * rasters[0].size
+    some = generator.random(2 * STEPS + 1) < 0.7
+    return rasters, (np.concatenate([r.ravel() for r in rasters]), starts, some, low, size)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("given", [False, True])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_the_program_around_a_path_is_made_of_its_parts(generator, d, given, compiled):
+    path, spacing, limit = 0.6 * made_path(generator, d) + generator.normal(size=d), 0.125, 0.3
+    directions = np.concatenate([np.eye(d), -np.eye(d)])
+    goal, weight, effort, wish, velocity = generator.uniform(0.1, 2.0, (5, d))
+    model = generator.uniform(0.1, 2.0, (2, STEPS, d)) if given else np.zeros((0, 0, 0))
+    steep = generator.uniform(0, 100, STEPS)
+    walls = generator.uniform(0, 0.5, (2 * STEPS, 2 * d)) if given else np.zeros((0, 0))
+    rasters, listed = surroundings(generator, d)
+    kernel = program_around if compiled else program_around.py_func
+    rows, planes = kernel(
+        path, spacing, directions, goal, weight, False, 0.5, model, effort, 0.5, wish, 7.0, *listed, limit, 0.5, 15.0,
+        steep, walls, 1.0, True, velocity, 0.3,
+    )  # fmt: skip
+    curvature, slope = model if given else goal_model(path, goal, weight, False, 0.5)
+    slope, room = slope.copy(), np.full((2 * STEPS, 2 * d), np.inf)
+    for n in range(2 * STEPS):
+        if not listed[2][n + 1]:
+            continue
+        k, midway = n // 2, n % 2 == 0
+        cell = ((0.5 * (path[k] + path[k + 1]) if midway else path[k + 1]) - path[0]) / spacing
+        here = interpolated(rasters[n + 1], cell)
+        rise = [
+            (interpolated(rasters[n + 1], cell + e) - interpolated(rasters[n + 1], cell - e)) / 2 for e in np.eye(d)
+        ]
+        price = 0.5 * (15.0 + (steep[k] if here > limit else 0.0)) * np.array(rise) / spacing
+        slope[k] += price * (0.5 if midway else 1.0)
+        slope[k - 1] += price * (0.5 if midway and k > 0 else 0.0)
+        room[n] = [spacing * room_to(rasters[n + 1], cell, v, limit, REACH) for v in directions]
+    expected = np.empty((STEPS * d + 1, STEPS * d))
+    objective(path, curvature, slope, 8.0 * effort, path[0] + 0.5 * wish, 56.0, expected)
+    room = np.minimum(room, walls) if given else room
+    np.testing.assert_allclose(rows[:-2], expected, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(rows[-2:], trust_region(path, spacing, velocity, 0.3, 0.5), atol=1e-12)
+    constraints = half_planes(path, room, directions, REACH * spacing, 0.5, True, 2 * spacing * np.sqrt(d))
+    np.testing.assert_allclose(planes, constraints, atol=1e-9)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_the_promised_gain_is_the_fall_of_the_objective(generator, compiled):
+    path, rows = made_path(generator, 2), generator.normal(size=(2 * STEPS + 3, 2 * STEPS))
+    rows[: 2 * STEPS] += rows[: 2 * STEPS].T
+    moved = generator.normal(size=2 * STEPS)
+    before, after = (0.5 * x @ rows[: 2 * STEPS] @ x + rows[2 * STEPS] @ x for x in (path[1:].ravel(), moved))
+    gain = (promised_gain if compiled else promised_gain.py_func)(path, moved, rows)
+    assert gain == pytest.approx(before - after)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_part_way_leaves_the_start_and_the_path_itself_alone(generator, compiled):
+    path, moved = made_path(generator, 3), generator.normal(size=3 * STEPS)
+    before = path.copy()
+    found = (part_way if compiled else part_way.py_func)(path, moved, 0.2)
+    np.testing.assert_allclose(found, 0.8 * path + 0.2 * np.concatenate([path[:1], moved.reshape(-1, 3)]), atol=1e-12)
+    assert np.array_equal(path, before)

@@ -215,6 +215,16 @@ def test_kernels_without_compilation_agree():
     samples, grids = risk_profile.profiles(0.6, someone.weights, someone.sigmas, table)
     near = risk.mass_near(points, instants, *arguments, *someone.spans, samples, grids)
     assert risk.mass_near.py_func(points, instants, *arguments, *someone.spans, samples, grids) == pytest.approx(near)
+    path = np.array([[0.0, -0.2], [0.3, 0.1], [0.5, 0.1]])
+    places = np.array([[0.0, *x] for x in (0.5 * (path[0] + path[1]), path[1], 0.5 * (path[1] + path[2]), path[2])])
+    for along, at, rest in (
+        (risk.mass_within_along, risk.mass_within, (*arguments, 0.6)),
+        (risk.mass_near_along, risk.mass_near, (*arguments, *someone.spans, samples, grids)),
+    ):
+        expected = at.py_func(places, np.array([1, 2, 3, 4]), *rest)
+        for kernel in (along, along.py_func):
+            assert kernel(path, True, *rest) == pytest.approx(expected)
+            assert kernel(path, False, *rest) == pytest.approx(expected * [0, 1, 0, 1])
     where = someone.flat, someone.offsets, someone.radii, np.array([0, 1, 1])
     for a, b in zip(risk.row_spans(*where, 1e-4), risk.row_spans.py_func(*where, 1e-4), strict=True):
         assert a == pytest.approx(b)

@@ -9,7 +9,7 @@ from hypothesis import settings as options
 from hypothesis import strategies as st
 
 from alternatives import risk as naive
-from sidestep._kernels.risk_sweep import sweep_risk
+from sidestep._kernels.risk_sweep import charge_first_step, first_step_costs, sweep_risk
 from sidestep.prediction.first_step import FirstStep, first_step_risk
 
 SPEED = st.floats(-2, 2)
@@ -114,3 +114,7 @@ def test_kernel_without_compilation_agrees():
                  step.velocities, step.probabilities, step.distances, step.interval)  # fmt: skip
     for a, b in zip(sweep_risk(*arguments), sweep_risk.py_func(*arguments), strict=True):
         assert a == pytest.approx(b)
+    for graded in (True, False):
+        price = charge_first_step.py_func(arguments[1], *sweep_risk(*arguments), step.limit, 0.5, graded, 300.0)
+        for kernel in (first_step_costs, first_step_costs.py_func):
+            assert kernel(*arguments, step.limit, graded, 300.0) == pytest.approx(price)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 
 def objective_value(x, start, curvature, slope, at, effort, first, first_weight):
@@ -23,3 +24,29 @@ def forbidden(path, room, directions, reach):
             if room[n, m] < reach:
                 found.append((n, direction, room[n, m] + direction @ place))
     return found
+
+
+def interpolated(raster, cell):
+    """Risk at `cell` (d,), counted from the middle of a raster among three axes; 1 outside."""
+    place = np.zeros(3)
+    place[3 - len(cell) :] = cell
+    return float(map_coordinates(raster, (place + np.array(raster.shape) // 2)[:, None], order=1, cval=1.0)[0])
+
+
+def room_to(raster, cell, direction, limit, reach):
+    """Cells to the last of the samples, a quarter of a cell apart, before the risk passes `limit`."""
+    if interpolated(raster, cell) > limit:
+        return np.inf
+    for t in np.arange(0.25, reach + 0.26, 0.25):
+        if interpolated(raster, cell + t * direction) > limit:
+            return t - 0.25
+    return np.inf
+
+
+def trust_region(path, spacing, velocity, change, time_step):
+    """Bounds (2, N·d) m: everything within `spacing`, and the first velocity near the present one, axis by axis."""
+    low, high = path[1:] - spacing, path[1:] + spacing
+    middle, across = path[0] + velocity * time_step, change * time_step / np.sqrt(path.shape[1])
+    low[0] = np.minimum(np.maximum(low[0], middle - across), path[1])
+    high[0] = np.maximum(np.minimum(high[0], middle + across), path[1])
+    return np.stack([low.ravel(), high.ravel()])

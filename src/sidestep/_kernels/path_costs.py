@@ -43,6 +43,7 @@ def motion_cost(
     effort: FloatArray,
     time_step: float,
     risk: FloatArray,
+    share: float,
     soft: float,
     steep: FloatArray,
     limit: float,
@@ -57,8 +58,9 @@ def motion_cost(
         effort: (d,) θ6.
         time_step: s.
         risk: (2N,) at half instants 1..2N.
-        soft: cost per unit probability and half instant.
-        steep: (N,) further cost per unit above `limit`, at each step and midway to it.
+        share: part of a step's price of risk that a half instant is charged.
+        soft: cost per unit probability and step.
+        steep: (N,) further cost per unit above `limit`.
         limit: risk limit.
         standing_share: part of the risk's cost that standing still is charged.
     """
@@ -75,7 +77,7 @@ def motion_cost(
         for n in range(2 * k, 2 * k + 2):
             if risk[n] > limit:
                 charged += steep[k] * (risk[n] - limit)
-        total += at_goal[k] + moved + (standing_share if standing else 1.0) * charged
+        total += at_goal[k] + moved + (standing_share if standing else 1.0) * share * charged
     return total
 
 
@@ -104,6 +106,7 @@ def straight_motion_cost(
     effort: FloatArray,
     time_step: float,
     risk: FloatArray,
+    share: float,
     soft: float,
     steep: FloatArray,
     limit: float,
@@ -111,4 +114,4 @@ def straight_motion_cost(
 ) -> float:
     """`motion_cost` where the goal cost is `goal_costs`."""
     at_goal = goal_costs(path[1:], goal, goal_weight, squared)
-    return motion_cost(path, at_goal, terminal, effort, time_step, risk, soft, steep, limit, standing_share)
+    return motion_cost(path, at_goal, terminal, effort, time_step, risk, share, soft, steep, limit, standing_share)

@@ -53,8 +53,9 @@ def objective(
     effort: FloatArray,
     first: FloatArray,
     first_weight: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Hessian (N·d, N·d) and linear term (N·d,) of the objective around `path`.
+    out: FloatArray,
+) -> None:
+    """Write the Hessian of the objective around `path` and, below it, the linear term: `out` (N·d + 1, N·d).
 
     Args:
         path: (N+1, d) m.
@@ -63,9 +64,11 @@ def objective(
         effort: (d,) weight of ½·‖x_k − x_{k−1}‖² per axis.
         first: (d,) m, where x_1 is wished, with
         first_weight: of ½·‖x_1 − first‖²; 0 without a wish.
+        out: whatever it holds is overwritten.
     """
     steps, d = curvature.shape
-    hessian, linear = np.zeros((steps * d, steps * d)), np.empty(steps * d)
+    hessian, linear = out[: steps * d], out[steps * d]
+    hessian[:] = 0.0
     for k in range(steps):
         for a in range(d):
             n = k * d + a
@@ -76,7 +79,6 @@ def objective(
             else:
                 hessian[n, n] += first_weight
                 linear[n] -= effort[a] * path[0, a] + first_weight * first[a]
-    return hessian, linear
 
 
 @njit(cache=True, error_model="numpy")
@@ -147,8 +149,8 @@ def _speed_limits(path: FloatArray, length: float, box: bool, slack: float) -> t
 @njit(cache=True, error_model="numpy")
 def half_planes(
     path: FloatArray, room: FloatArray, directions: FloatArray, reach: float, length: float, box: bool, slack: float
-) -> tuple[FloatArray, FloatArray]:
-    """Constraints A·x ≤ b that keep off forbidden places and within the speed limit: Aᵀ (N·d, ·) and b.
+) -> FloatArray:
+    """Constraints A·x ≤ b that keep off forbidden places and within the speed limit: (N·d + 1, ·) Aᵀ and, below it, b.
 
     Args:
         path: (N+1, d) m.
@@ -168,7 +170,8 @@ def half_planes(
             count += room[n, m] < reach
     for m in range(limits.size):
         count += limits[m] < np.inf
-    columns, bounds = np.zeros((steps * d, count)), np.empty(count)
+    out = np.zeros((steps * d + 1, count))
+    columns, bounds = out[: steps * d], out[steps * d]
     row = 0
     for n in range(room.shape[0]):
         midway, later = n % 2 == 0, n // 2  # unknown `later` is the position at step later + 1
@@ -197,4 +200,4 @@ def half_planes(
             else:
                 bounds[row] += normals[m, a] * path[0, a]
         row += 1
-    return columns, bounds
+    return out

@@ -139,6 +139,28 @@ def charge_first_step(
 
 
 @njit(cache=True, error_model="numpy")
+def first_step_costs(
+    start: FloatArray,
+    velocities: FloatArray,
+    positions: FloatArray,
+    sigmas: FloatArray,
+    person: IntArray,
+    actions: FloatArray,
+    probabilities: FloatArray,
+    distances: FloatArray,
+    interval: float,
+    limit: float,
+    graded: bool,
+    steep: float,
+) -> FloatArray:
+    """Cost (M,) of robot velocities (M, d) m/s by what `sweep_risk` says of them, see `FirstStep.costs`."""
+    risk, approach = sweep_risk(
+        start, velocities, positions, sigmas, person, actions, probabilities, distances, interval
+    )
+    return charge_first_step(velocities, risk, approach, limit, interval, graded, steep)
+
+
+@njit(cache=True, error_model="numpy")
 def forbid_changes(velocities: FloatArray, now: FloatArray, largest: float, costs: FloatArray) -> None:
     """Make velocities (M, d) m/s that differ from `now` by more than `largest` cost inf, in place."""
     for m in range(costs.size):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -24,7 +24,7 @@ from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import DistanceField
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
-from sidestep.types import FloatArray, Path, RiskRule, Vector
+from sidestep.types import FloatArray, Path, RiskRule, Vector, sealed
 
 LAG = 0.05
 """m, how far a base of limited acceleration may lag behind its plan."""
@@ -92,25 +92,24 @@ class PlanningProblem:
         """Number of axes d."""
         return int(self.start.size)
 
-    @cached_property
+    @property
     def goal_weights(self) -> FloatArray:
         """(d,) θ5."""
         return per_axis("planner.goal_weight", self.goal_weight, self.dimension)
 
-    @cached_property
+    @property
     def effort_weights(self) -> FloatArray:
         """(d,) θ6."""
         return per_axis("planner.effort_weight", self.effort_weight, self.dimension)
 
-    @cached_property
+    @property
     def excess_weights(self) -> FloatArray:
         """(N,) cost per unit probability above the limit at each step; zeros where what exceeds it is forbidden."""
-        weights = np.full(self.horizon, self.steep_risk_weight if self.graded else 0.0)
-        if self.graded and self.recourse_steps is not None:
-            weights[self.recourse_steps :] = self.later_risk_weight
-        return weights
+        steep = self.steep_risk_weight if self.graded else 0.0
+        later = None if not self.graded else self.recourse_steps
+        return _excess_weights(self.horizon, steep, later, self.later_risk_weight)
 
-    @cached_property
+    @property
     def half_share(self) -> float:
         """Part of a step's price of risk that a half instant is charged: ½ where the risk midway is known."""
         return 0.5 if self.people is not None and self.people.has_midway else 1.0
@@ -143,9 +142,8 @@ class PlanningProblem:
         nothing = self.soft_risk_weight == 0 and not self.graded
         seen = np.zeros(2 * (len(path) - 1)) if nothing else self.risk_along(path) if risk is None else risk
         beyond = (
-            self.terminal_weight, self.effort_weights, self.time_step, seen,
-            self.half_share * self.soft_risk_weight, self.half_share * self.excess_weights,
-            self.risk_limit, self.standing_share,
+            self.terminal_weight, self.effort_weights, self.time_step, seen, self.half_share,
+            self.soft_risk_weight, self.excess_weights, self.risk_limit, self.standing_share,
         )  # fmt: skip
         if self.distance_to_goal is None:
             squared = self.goal_cost == "squared"
@@ -159,7 +157,7 @@ class PlanningProblem:
             total += self.wish_costs(first)[0]
         return total + float(self.first_step_costs(first)[0]) if self.graded else total
 
-    @cached_property
+    @property
     def largest_change(self) -> float:
         """m/s by which the first action may differ from the present velocity; inf without a limit.
 
@@ -168,8 +166,9 @@ class PlanningProblem:
         """
         if self.max_acceleration is None or self.velocity is None:
             return math.inf
-        excess = np.abs(self.velocity) if self.shape == "box" else np.sqrt(np.square(self.velocity).sum(keepdims=True))
-        outside = float(np.sqrt(np.square(np.maximum(excess - self.max_speed, 0.0)).sum()))
+        now: list[float] = self.velocity.tolist()
+        limited = now if self.shape == "box" else [math.hypot(*now)]
+        outside = math.hypot(*(max(abs(v) - self.max_speed, 0.0) for v in limited))
         return max(outside, min(self.max_acceleration * self.time_step, math.sqrt(2.0 * self.max_acceleration * LAG)))
 
     def first_step_costs(self, velocities: FloatArray) -> FloatArray:
@@ -181,7 +180,7 @@ class PlanningProblem:
             out = np.zeros(len(velocities))
         else:
             out = self.first_step.costs(self.start, velocities, graded=self.graded, steep=self.steep_risk_weight)
-        if self.velocity is not None and self.largest_change < math.inf:
+        if self.velocity is not None and self.max_acceleration is not None:
             forbid_changes(velocities, self.velocity, self.largest_change, out)
         if self.obstacles is not None:
             ends = self.start + velocities * self.time_step
@@ -198,7 +197,7 @@ class PlanningProblem:
             seen = self.risk_along(path) if risk is None else risk
             if not respects(seen, self.rule, self.risk_limit):
                 return False
-        if not np.isfinite(self.first_step_costs((path[1:2] - path[:1]) / self.time_step)[0]):
+        if not math.isfinite(self.first_step_costs((path[1:2] - path[:1]) / self.time_step)[0]):
             return False
         if self.obstacles is None or len(path) < 3:
             return True
@@ -213,3 +212,12 @@ def respects(risk: FloatArray, rule: RiskRule, limit: float) -> bool:
     if rule == "cells":
         return max(risk.tolist(), default=0.0) <= 0.5
     return max(risk.tolist(), default=0.0) <= limit + tolerance
+
+
+@lru_cache(maxsize=64)
+def _excess_weights(horizon: int, steep: float, recourse: int | None, later: float) -> FloatArray:
+    """(horizon,) `steep`, and `later` from the step `recourse` on."""
+    weights = np.full(horizon, steep)
+    if recourse is not None:
+        weights[recourse:] = later
+    return sealed(weights)

@@ -12,8 +12,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sidestep._kernels.path_costs import half_instants
-from sidestep._kernels.risk import mass_near, mass_within
+from sidestep._kernels.risk import mass_near, mass_near_along, mass_within, mass_within_along
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.risk_raster import rasterise_all
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
@@ -51,7 +50,7 @@ class RiskField:
     @cached_property
     def _evaluators(self) -> list[_Sharp | _Blurred]:
         pairs = zip(self.people, self.distances, strict=True)
-        return [_Blurred.of(p, float(r)) if p.spread else _Sharp(p, float(r)) for p, r in pairs]
+        return [_Blurred(p, float(r)) if p.spread else _Sharp(p, float(r)) for p, r in pairs]
 
     def per_person(self, instants: IntArray, points: FloatArray) -> FloatArray:
         """Return (P, M) the probability that each person is close to a point at a half instant.
@@ -79,17 +78,13 @@ class RiskField:
         """
         if not self.people or len(path) < 2:
             return np.zeros(2 * (len(path) - 1))
-        places = half_instants(path)
-        instants = _counting(len(places))
-        out = self._evaluators[0].at(instants, places)
-        if len(self.people) > 1:
-            none = 1.0 - out
-            for evaluator in self._evaluators[1:]:
-                none *= 1.0 - evaluator.at(instants, places)
-            out = 1.0 - none
-        if not self.has_midway:
-            out[0::2] = 0.0
-        return out
+        midway, first = self.has_midway, self._evaluators[0]
+        if len(self.people) == 1:
+            return first.along(path, midway)
+        none = 1.0 - first.along(path, midway)
+        for evaluator in self._evaluators[1:]:
+            none *= 1.0 - evaluator.along(path, midway)
+        return 1.0 - none
 
     def raster(
         self, instant: int, origin: FloatArray, spacing: float, radius: int, *, limit: float = 0.02
@@ -211,29 +206,26 @@ def all_in_reach(horizon: int, radius: int, dimension: int) -> Boxes:
     return low, size
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class _Sharp:
     """Evaluates one person without spread: sums the cells within the distance."""
 
-    person: PersonMass
-    distance: float
+    def __init__(self, person: PersonMass, distance: float) -> None:
+        mass = person.flat, person.offsets, person.radii, person.spacings
+        self._arguments = *mass, *person.frame, distance
 
     def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
-        person = self.person
-        return mass_within(
-            points, instants, person.flat, person.offsets, person.radii, person.spacings, *person.frame, self.distance
-        )
+        """(M,) at `points` (M, 3) m and half instants (M,)."""
+        return mass_within(points, instants, *self._arguments)
+
+    def along(self, path: Path, midway: bool) -> FloatArray:
+        """(2N,) along `path` (N+1, d) m; 0 between the steps if not `midway`."""
+        return mass_within_along(path, midway, *self._arguments)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class _Blurred:
     """Evaluates one person with spread: sums the cells in reach, each with its share within the distance."""
 
-    person: PersonMass
-    profile: tuple[FloatArray, FloatArray]
-
-    @classmethod
-    def of(cls, person: PersonMass, distance: float) -> _Blurred:
+    def __init__(self, person: PersonMass, distance: float) -> None:
         profile = person.profile
         if profile is None:
             assert person.weights is not None
@@ -241,26 +233,13 @@ class _Blurred:
             sigmas = np.ascontiguousarray(person.sigmas, dtype=np.float64)
             weights = np.ascontiguousarray(person.weights, dtype=np.float64)
             profile = profiles(distance, weights, sigmas, blob_table(person.lattice.dimension))
-        return cls(person, profile)
+        mass = person.flat, person.offsets, person.radii, person.spacings
+        self._arguments = *mass, *person.frame, *person.spans, *profile
 
     def at(self, instants: IntArray, points: FloatArray) -> FloatArray:
-        person = self.person
-        return mass_near(
-            points,
-            instants,
-            person.flat,
-            person.offsets,
-            person.radii,
-            person.spacings,
-            *person.frame,
-            *person.spans,
-            *self.profile,
-        )
+        """(M,) at `points` (M, 3) m and half instants (M,)."""
+        return mass_near(points, instants, *self._arguments)
 
-
-@lru_cache(maxsize=64)
-def _counting(last: int) -> IntArray:
-    """(last,) 1, 2, …, last."""
-    numbers = np.arange(1, last + 1, dtype=np.int64)
-    numbers.setflags(write=False)
-    return numbers
+    def along(self, path: Path, midway: bool) -> FloatArray:
+        """(2N,) along `path` (N+1, d) m; 0 between the steps if not `midway`."""
+        return mass_near_along(path, midway, *self._arguments)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep._kernels.risk_sweep import charge_first_step, sweep_risk
+from sidestep._kernels.risk_sweep import first_step_costs, sweep_risk
 from sidestep.types import FloatArray, IntArray, Vector
 
 
@@ -61,8 +61,10 @@ class FirstStep:
         Standing still is always admissible: a person who walks into a parked robot is not run over. Where somebody is
         within the distance already, the robot's own motion must not bring it closer to them.
         """
-        risk, approach = self.risk(start, velocities)
-        return charge_first_step(velocities, risk, approach, self.limit, self.interval, graded, steep)
+        return first_step_costs(
+            start, velocities, self.positions, self.sigmas, self.person, self.velocities, self.probabilities,
+            self.distances, self.interval, self.limit, graded, steep,
+        )  # fmt: skip
 
 
 def first_step_risk(
