@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from alternatives import risk as naive
 from made_masses import person, still_person
 from made_people import draw_encounter, predicted
-from sidestep._kernels import blocks, risk, risk_profile, risk_raster
+from sidestep._kernels import blocks, risk, risk_along, risk_profile, risk_raster
 from sidestep.prediction.collision import PersonMass, RiskField, RiskRasters, all_in_reach
 
 PLACES = st.tuples(st.floats(-2, 3), st.floats(-2, 2))
@@ -218,8 +218,8 @@ def test_kernels_without_compilation_agree():
     path = np.array([[0.0, -0.2], [0.3, 0.1], [0.5, 0.1]])
     places = np.array([[0.0, *x] for x in (0.5 * (path[0] + path[1]), path[1], 0.5 * (path[1] + path[2]), path[2])])
     for along, at, rest in (
-        (risk.mass_within_along, risk.mass_within, (*arguments, 0.6)),
-        (risk.mass_near_along, risk.mass_near, (*arguments, *someone.spans, samples, grids)),
+        (risk_along.mass_within_along, risk.mass_within, (*arguments, 0.6)),
+        (risk_along.mass_near_along, risk.mass_near, (*arguments, *someone.spans, samples, grids)),
     ):
         expected = at.py_func(places, np.array([1, 2, 3, 4]), *rest)
         for kernel in (along, along.py_func):

@@ -12,7 +12,6 @@ import math
 import numpy as np
 from numba import njit
 
-from sidestep._kernels.path_costs import half_instants
 from sidestep.types import FloatArray, IntArray
 
 EXACT = 1e-5
@@ -173,59 +172,6 @@ def mass_near(
                     q = np.uint32(place[c])
                     total += flat[at + c] * (curve[q] + (place[c] - q) * (curve[q + 1] - curve[q]))
         out[m] = min(total, 1.0)
-    return out
-
-
-@njit(cache=True, error_model="numpy")
-def mass_within_along(
-    path: FloatArray,
-    midway: bool,
-    flat: FloatArray,
-    offsets: IntArray,
-    radii: IntArray,
-    spacings: FloatArray,
-    origin: FloatArray,
-    rotation: FloatArray,
-    active: IntArray,
-    distance: float,
-) -> FloatArray:
-    """`mass_within` (2N,) at half instants 1..2N of `path` (N+1, d) m; 0 between the steps if not `midway`."""
-    stride = 1 if midway else 2
-    out = np.zeros(2 * (path.shape[0] - 1))
-    instants = np.arange(stride, out.size + 1, stride)
-    points = half_instants(path)[stride - 1 :: stride].copy()
-    out[stride - 1 :: stride] = mass_within(
-        points, instants, flat, offsets, radii, spacings, origin, rotation, active, distance
-    )
-    return out
-
-
-@njit(cache=True, error_model="numpy")
-def mass_near_along(
-    path: FloatArray,
-    midway: bool,
-    flat: FloatArray,
-    offsets: IntArray,
-    radii: IntArray,
-    spacings: FloatArray,
-    origin: FloatArray,
-    rotation: FloatArray,
-    active: IntArray,
-    spans: IntArray,
-    span_starts: IntArray,
-    outside: FloatArray,
-    samples: FloatArray,
-    grids: FloatArray,
-) -> FloatArray:
-    """`mass_near` (2N,) at half instants 1..2N of `path` (N+1, d) m; 0 between the steps if not `midway`."""
-    stride = 1 if midway else 2
-    out = np.zeros(2 * (path.shape[0] - 1))
-    instants = np.arange(stride, out.size + 1, stride)
-    points = half_instants(path)[stride - 1 :: stride].copy()
-    out[stride - 1 :: stride] = mass_near(
-        points, instants, flat, offsets, radii, spacings, origin, rotation, active, spans, span_starts, outside,
-        samples, grids,
-    )  # fmt: skip
     return out
 
 

@@ -12,7 +12,8 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sidestep._kernels.risk import mass_near, mass_near_along, mass_within, mass_within_along
+from sidestep._kernels.risk import mass_near, mass_within
+from sidestep._kernels.risk_along import mass_near_along, mass_within_along
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.risk_raster import rasterise_all
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
