@@ -40,7 +40,6 @@ from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray
 
-
 _EVERYWHERE = np.zeros((0, 0), np.bool_)  # no walls
 _NOTHING_USED = np.zeros(0)
 
