@@ -215,8 +215,12 @@ def test_people_who_are_too_far_away_are_predicted_when_asked_for_even_later_and
         plan = other.step(time=0.5 * k, robot=ROBOT, people=far)
         at_once.append({name: plan.people[name].occupancy.probability.copy() for name in "ab"})
     asked = [(k, name) for k in range(4) for name in "ba"]
+
+    def ask(key: tuple[int, str]) -> np.ndarray:
+        return plans[key[0]].people[key[1]].occupancy.probability
+
     with ThreadPoolExecutor(4) as pool:
-        later = list(pool.map(lambda key: plans[key[0]].people[key[1]].occupancy.probability, asked))
+        later = list(pool.map(ask, asked))
     for (k, name), probability in zip(asked, later, strict=True):
         np.testing.assert_array_equal(probability, at_once[k][name])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -59,10 +60,11 @@ class Recorder:
             before = self.steps[-1]
             step.beliefs, step.contact, step.risk, step.plan = before.beliefs, before.contact, before.risk, before.plan
         elif isinstance(motion, Plan):
-            step.beliefs = np.full(p, np.nan)
+            beliefs = [math.nan] * p
             for name, person in motion.people.items():
                 if name in self._column:
-                    step.beliefs[self._column[name]] = person.belief
+                    beliefs[self._column[name]] = person.belief
+            step.beliefs = np.array(beliefs)
             step.contact = _padded(motion.collision_probability, n)
             step.risk = _padded(motion.risk, n)
             step.plan = _padded(motion.positions, n + 1)

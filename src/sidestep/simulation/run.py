@@ -121,6 +121,7 @@ class Run:
         self.planned_at = -1.0
         self.spent = 0.0
         self.index = 0
+        self.interval = scenario.step  # s, between two instants of the record
         self.every = round(scenario.period / scenario.step)
         self.sensor.warm_up(self.people, scenario.step)
         self.recorder.instant(0.0, self.state.position, self.state.heading, self.places)
@@ -128,7 +129,7 @@ class Run:
     @property
     def time(self) -> float:
         """Seconds since the run began."""
-        return self.index * self.scenario.step
+        return self.index * self.interval
 
     def finish(self) -> Record:
         """Run to the end."""
@@ -156,7 +157,7 @@ class Run:
 
     def _step(self, index: int, *, planned: bool) -> bool:
         """One control step; whether the robot is at its goal after it."""
-        now, step = index * self.scenario.step, self.scenario.step
+        now, step = index * self.interval, self.interval
         self.think(now, planned=planned)
         self._people_decide(now)
         self.note(now, planned=planned)
@@ -189,10 +190,9 @@ class Run:
 
     def settle(self, then: float) -> bool:
         """Move the robot until `then` (s) and look where the people are now; whether the robot is at its goal."""
-        step = self.scenario.step
-        self.state = self._moved(step)
+        self.state = self._moved(self.interval)
         before, self.places = self.places, self._places(then)
-        self.drift = (self.places - before) / step
+        self.drift = (self.places - before) / self.interval
         self.recorder.instant(then, self.state.position, self.state.heading, self.places)
         return self._arrived(self.state)
 
