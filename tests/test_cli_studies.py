@@ -49,6 +49,7 @@ def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     ("arguments", "names"),
     [
         (["evaluate", "--fewer", "mpc:3", "--out", "OUT"], "NAME=COUNT"),
+        (["evaluate", "--fewer", "social-force=3", "--out", "OUT"], "condition:social-force or navigator:social-force"),
         (["evaluate", "--conditions", "strait", "--out", "OUT"], "straight"),
         (["reproduce", "--claims", "IV-A-shortr", "--out", "OUT"], "IV-A-shorter"),
     ],

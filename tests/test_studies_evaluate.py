@@ -101,6 +101,34 @@ def test_the_expensive_get_fewer_episodes_and_are_paired_with_the_first():
         evaluate(CHEAP[:1], SIMPLE, episodes=5, fewer={"chance": 0})
 
 
+def test_a_name_that_a_condition_and_a_navigator_share_says_which_is_meant():
+    names = [CHEAP[0], "straight-noise-0.1"], SIMPLE
+    for fewer, counts in (
+        ({"condition:straight-noise-0.1": 1}, [2, 2, 1, 1]),
+        ({"navigator:chance": 1}, [2, 1, 2, 1]),
+    ):
+        found = evaluate(*names, episodes=2, fewer=fewer)
+        assert [len(batch.values) for batch in found.batches.values()] == counts
+    assert "social-force" in set(conditions()) & set(contestants())
+    with pytest.raises(InvalidInput, match="condition:social-force or navigator:social-force"):
+        evaluate(*names, episodes=2, fewer={"social-force": 1})
+    with pytest.raises(UnknownName, match="navigator"):
+        evaluate(*names, episodes=2, fewer={"navigators:chance": 1})
+    with pytest.raises(UnknownName, match="straight"):
+        evaluate(*names, episodes=2, fewer={"condition:strait": 1})
+
+
+def test_limits_of_one_kind_leave_the_other_of_that_name_alone(monkeypatch):
+    def nothing(work, pieces, **_):
+        return {p.name: {"rows": [[0.0] * len(columns())] * (p.stop - p.start), "times": [0.0]} for p in pieces}
+
+    monkeypatch.setattr("sidestep.studies.evaluate.run_kept", nothing)
+    names = ["straight", "social-force"]
+    for kind, counts in (("condition", [5, 5, 2, 2]), ("navigator", [5, 2, 5, 2])):
+        found = evaluate(names, ["orca", "social-force"], episodes=5, fewer={f"{kind}:social-force": 2})
+        assert [len(batch.values) for batch in found.batches.values()] == counts
+
+
 def test_rows_add_up_and_are_json():
     rows = condition_rows(evaluate(CHEAP, SIMPLE, episodes=12))
     assert len(rows) == 4
