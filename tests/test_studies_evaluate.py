@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -201,6 +202,28 @@ def test_ours_runs_in_a_condition():
     row = dict(zip(columns(), result["rows"][0], strict=True))
     assert row["success"] == 1.0
     assert row["belief_accuracy"] is not None
+
+
+def test_every_ablation_differs_from_ours_in_what_it_takes_away():
+    scenario, everybody = conditions()["straight"].scenario(0), contestants()
+    ours = everybody["sidestep"].build(scenario, None)
+    taken = {"sidestep-unconcerned": "danger_weight", "sidestep-concerned": "prior_concerned",
+             "sidestep-no-anticipation": "horizon", "sidestep-no-directions": "goals",
+             "sidestep-no-steadiness": "steadiness", "sidestep-fixed-randomness": "online_randomness",
+             "sidestep-no-filter": "motion_filter"}  # fmt: skip
+    planner = {"sidestep-cells": "risk_rule", "sidestep-no-soft-risk": "soft_risk_weight"}
+    for name, contestant in everybody.items():
+        if contestant.kind != "ablation":
+            continue
+        other = contestant.build(scenario, None)
+        human = {f.name for f in fields(ours.human) if getattr(ours.human, f.name) != getattr(other.human, f.name)}
+        settings = {
+            f.name for f in fields(ours.settings) if getattr(ours.settings, f.name) != getattr(other.settings, f.name)
+        }
+        assert len(human | settings) == (2 if name == "sidestep-concerned" else 1), name
+        assert name not in taken or taken[name] in human
+        assert name not in planner or planner[name] in settings
+    assert set(taken) | set(planner) <= set(everybody)
 
 
 def test_limits_are_the_same_for_all():
