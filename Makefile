@@ -7,7 +7,7 @@ BIN    := .venv/bin
 UV     := $(BIN)/uv
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-ros soak setup setup-run fast test-browser campaign lint format types layers docs docs-serve figures examples package lock ci clean
+.PHONY: help run test test-ros soak setup setup-run fast test-browser campaign lint format types layers docs docs-serve figures examples kernels package lock ci clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-11s %s\n", $$1, $$2}'
@@ -45,12 +45,15 @@ test-browser: setup  ## drive the live page in Debian's chromium; pictures and m
 	tools/install-browser.sh $(BIN)/python
 	SIDESTEP_BROWSER=1 $(BIN)/pytest tests/browser -s --benchmark-disable -p no:cacheprovider
 
-campaign: setup  ## 100,000 random steps with faults, and 500 histories of faults that hypothesis searches
-	SIDESTEP_FAULT_STEPS=100000 SIDESTEP_FAULT_EXAMPLES=500 $(BIN)/pytest -n $(JOBS) -q --benchmark-disable tests/test_planner_faults.py tests/test_planner_faults_stateful.py
+campaign: setup  ## 100,000 random steps with faults, 500 histories of faults that hypothesis searches, 400 seeds per encounter
+	SIDESTEP_FAULT_STEPS=100000 SIDESTEP_FAULT_EXAMPLES=500 SIDESTEP_BEHAVIOUR_SEEDS=400 $(BIN)/pytest -n $(JOBS) -q --benchmark-disable tests/test_planner_faults.py tests/test_planner_faults_stateful.py tests/test_behaviour.py
 
 reproduction: setup  ## the paper's claims with few seeds, and whether all are there and on the page
 	$(BIN)/sidestep reproduce --quick --out results/reproduction-quick
 	$(BIN)/python tools/check_reproduction.py results/reproduction-quick/results.json docs/evidence/reproduction.md
+
+kernels: setup  ## compile the inner loops, once
+	$(BIN)/sidestep run crossing --json >/dev/null
 
 lint: setup  ## ruff: rules and format
 	$(BIN)/ruff check .

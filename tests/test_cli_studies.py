@@ -30,6 +30,18 @@ def test_evaluate_compares_navigators(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.slow
+def test_ablations_are_told_apart_from_opponents(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drivers = ["sidestep-cells", "sidestep-no-directions", "stop-and-go"]
+    options = ["--conditions", "straight-2hz", "--navigators", ",".join(drivers), "--episodes", "1", "--workers", "1"]
+    assert execute(["evaluate", *options, "--out", str(tmp_path), "--page", str(tmp_path / "page.json")]) == 0
+    printed = capsys.readouterr().out
+    assert all(f" {name} " in printed for name in drivers)
+    tables = {t["title"]: t for t in json.loads((tmp_path / "page.json").read_text())["tables"]}
+    assert [row[0] for row in tables["Ours with one part taken away"]["rows"]] == drivers[:2]
+    assert [row[0] for row in tables["Over all conditions"]["rows"]] == drivers
+
+
+@pytest.mark.slow
 def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--calibration", "--episodes", "4", "--workers", "1", "--out", str(tmp_path), "--json"]
     assert execute(["evaluate", *options]) == 0
@@ -49,6 +61,7 @@ def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     ("arguments", "names"),
     [
         (["evaluate", "--fewer", "mpc:3", "--out", "OUT"], "NAME=COUNT"),
+        (["evaluate", "--fewer", "social-force=3", "--out", "OUT"], "condition:social-force or navigator:social-force"),
         (["evaluate", "--conditions", "strait", "--out", "OUT"], "straight"),
         (["reproduce", "--claims", "IV-A-shortr", "--out", "OUT"], "IV-A-shorter"),
     ],

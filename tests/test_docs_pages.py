@@ -6,6 +6,8 @@ import ast
 import dataclasses
 import inspect
 import re
+import runpy
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -21,28 +23,35 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 sys.path.insert(0, str(ROOT / "tools"))
 
-from document_blocks import blocks  # noqa: E402
+from document_blocks import blocks, in_shell, run_page  # noqa: E402
 
 WITH_BLOCKS = [page for page in PAGES if blocks(page.read_text(encoding="utf-8"))]
 
 
+def here(command: str) -> int:
+    """Run a plain `sidestep` command in this process, which has everything loaded already; any other in a shell."""
+    words = shlex.split(command)
+    return execute(words[1:]) if words[0] == "sidestep" and not set(command) & set("|&;<>$`*?") else in_shell(command)
+
+
 @pytest.mark.slow
+@pytest.mark.no_cover  # whole runs: what they consist of is covered by its own tests
 @pytest.mark.parametrize("page", WITH_BLOCKS, ids=lambda page: str(page.relative_to(ROOT)))
-def test_the_blocks_of_a_page_run(page):
-    command = [sys.executable, "-W", "error", str(ROOT / "tools" / "document_blocks.py"), str(page)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900)
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+def test_the_blocks_of_a_page_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run_page(page, tmp_path, run=here) > 0
 
 
 @pytest.mark.slow
+@pytest.mark.no_cover  # as above
 @pytest.mark.parametrize("script", sorted((ROOT / "examples").glob("[0-9]*.py")), ids=lambda script: script.stem)
-def test_an_example_runs_and_leaves_its_picture(script, tmp_path):
+def test_an_example_runs_and_leaves_its_picture(script, tmp_path, monkeypatch, capsys):
     if script.stem.endswith("learning_environment"):
         pytest.importorskip("gymnasium")
-    command = [sys.executable, "-W", "error", str(script), str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900, cwd=tmp_path)
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
-    assert done.stdout.strip()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(script), str(tmp_path)])
+    runpy.run_path(str(script), run_name="__main__")
+    assert capsys.readouterr().out.strip()
     assert [p.name for p in tmp_path.iterdir()] == [f"{script.stem}.png"]
 
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -101,6 +102,34 @@ def test_the_expensive_get_fewer_episodes_and_are_paired_with_the_first():
         evaluate(CHEAP[:1], SIMPLE, episodes=5, fewer={"chance": 0})
 
 
+def test_a_name_that_a_condition_and_a_navigator_share_says_which_is_meant():
+    names = [CHEAP[0], "straight-noise-0.1"], SIMPLE
+    for fewer, counts in (
+        ({"condition:straight-noise-0.1": 1}, [2, 2, 1, 1]),
+        ({"navigator:chance": 1}, [2, 1, 2, 1]),
+    ):
+        found = evaluate(*names, episodes=2, fewer=fewer)
+        assert [len(batch.values) for batch in found.batches.values()] == counts
+    assert "social-force" in set(conditions()) & set(contestants())
+    with pytest.raises(InvalidInput, match="condition:social-force or navigator:social-force"):
+        evaluate(*names, episodes=2, fewer={"social-force": 1})
+    with pytest.raises(UnknownName, match="navigator"):
+        evaluate(*names, episodes=2, fewer={"navigators:chance": 1})
+    with pytest.raises(UnknownName, match="straight"):
+        evaluate(*names, episodes=2, fewer={"condition:strait": 1})
+
+
+def test_limits_of_one_kind_leave_the_other_of_that_name_alone(monkeypatch):
+    def nothing(work, pieces, **_):
+        return {p.name: {"rows": [[0.0] * len(columns())] * (p.stop - p.start), "times": [0.0]} for p in pieces}
+
+    monkeypatch.setattr("sidestep.studies.evaluate.run_kept", nothing)
+    names = ["straight", "social-force"]
+    for kind, counts in (("condition", [5, 5, 2, 2]), ("navigator", [5, 2, 5, 2])):
+        found = evaluate(names, ["orca", "social-force"], episodes=5, fewer={f"{kind}:social-force": 2})
+        assert [len(batch.values) for batch in found.batches.values()] == counts
+
+
 def test_rows_add_up_and_are_json():
     rows = condition_rows(evaluate(CHEAP, SIMPLE, episodes=12))
     assert len(rows) == 4
@@ -173,6 +202,28 @@ def test_ours_runs_in_a_condition():
     row = dict(zip(columns(), result["rows"][0], strict=True))
     assert row["success"] == 1.0
     assert row["belief_accuracy"] is not None
+
+
+def test_every_ablation_differs_from_ours_in_what_it_takes_away():
+    scenario, everybody = conditions()["straight"].scenario(0), contestants()
+    ours = everybody["sidestep"].build(scenario, None)
+    taken = {"sidestep-unconcerned": "danger_weight", "sidestep-concerned": "prior_concerned",
+             "sidestep-no-anticipation": "horizon", "sidestep-no-directions": "goals",
+             "sidestep-no-steadiness": "steadiness", "sidestep-fixed-randomness": "online_randomness",
+             "sidestep-no-filter": "motion_filter"}  # fmt: skip
+    planner = {"sidestep-cells": "risk_rule", "sidestep-no-soft-risk": "soft_risk_weight"}
+    for name, contestant in everybody.items():
+        if contestant.kind != "ablation":
+            continue
+        other = contestant.build(scenario, None)
+        human = {f.name for f in fields(ours.human) if getattr(ours.human, f.name) != getattr(other.human, f.name)}
+        settings = {
+            f.name for f in fields(ours.settings) if getattr(ours.settings, f.name) != getattr(other.settings, f.name)
+        }
+        assert len(human | settings) == (2 if name == "sidestep-concerned" else 1), name
+        assert name not in taken or taken[name] in human
+        assert name not in planner or planner[name] in settings
+    assert set(taken) | set(planner) <= set(everybody)
 
 
 def test_limits_are_the_same_for_all():

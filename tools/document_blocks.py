@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import textwrap
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,12 +66,23 @@ def blocks(markdown: str) -> list[Block]:
     return found
 
 
-def run_page(page: Path, folder: Path) -> int:
-    """Run all blocks of `page` in `folder`; return how many there were. The first failure is raised."""
-    namespace: dict[str, object] = {"__name__": "__main__"}
-    found = blocks(page.read_text(encoding="utf-8"))
+def in_shell(command: str) -> int:
+    """Run one command in bash, as a reader does; return its exit status."""
     binaries = str(Path(sys.executable).parent)
     environment = {**os.environ, "PATH": f"{binaries}{os.pathsep}{os.environ.get('PATH', '')}", "MPLBACKEND": "Agg"}
+    return subprocess.run(["bash", "-euo", "pipefail", "-c", command], env=environment, check=False).returncode
+
+
+def run_page(page: Path, folder: Path, run: Callable[[str], int] = in_shell) -> int:
+    """Run all blocks of `page` in `folder`; return how many there were. The first failure is raised.
+
+    Args:
+        page: Markdown.
+        folder: empty; becomes the working folder.
+        run: one command of a console → its exit status.
+    """
+    namespace: dict[str, object] = {"__name__": "__main__"}
+    found = blocks(page.read_text(encoding="utf-8"))
     os.chdir(folder)
     for block in found:
         where = f"{page.name}:{block.line}"
@@ -82,9 +94,9 @@ def run_page(page: Path, folder: Path) -> int:
             exec(compile(padded, str(page), "exec"), namespace)
         for command in block.commands if block.language == "console" else ():
             print(f"$ {command}", flush=True)
-            done = subprocess.run(["bash", "-euo", "pipefail", "-c", command], env=environment, check=False)
-            if done.returncode != 0:
-                raise SystemExit(f"{where}: exit status {done.returncode}: {command}")
+            status = run(command)
+            if status != 0:
+                raise SystemExit(f"{where}: exit status {status}: {command}")
     return len(found)
 
 

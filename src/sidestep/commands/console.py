@@ -8,6 +8,8 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+IN_FILES = 120  # columns of a table that goes to a file or another program: names stay in one piece
+
 
 def emit_json(data: Mapping[str, Any]) -> None:
     """Print exactly one JSON object on stdout; what is not a number there becomes null."""
@@ -36,7 +38,10 @@ def table(rows: Iterable[Sequence[str]], *, title: str = "", header: Sequence[st
         grid.add_column(header[column] if header else "", style="bold" if column == 0 else None, overflow="fold")
     for row in entries:
         grid.add_row(*row)
-    Console(highlight=False).print(grid, markup=False)
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = max(console.width, IN_FILES)
+    console.print(grid, markup=False)
 
 
 def plain(value: Any) -> Any:

@@ -42,7 +42,8 @@ def evaluate(
         conditions: comma-separated names; all by default.
         navigators: comma-separated names; all that are installed by default.
         episodes: per condition and navigator (or per kind of people, for the calibration).
-        fewer: comma-separated NAME=COUNT: conditions or navigators that get at most so many episodes.
+        fewer: comma-separated NAME=COUNT: conditions or navigators that get at most so many episodes; condition:NAME or
+            navigator:NAME where both have the name.
         calibration: compare predicted collision probabilities with realised frequencies instead.
         people: recorded people instead (CSV of tracks, may be given several times): predictions against a fitted
             constant-velocity model, beliefs against who reacted, trips through people who do not react.

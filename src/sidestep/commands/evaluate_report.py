@@ -38,10 +38,10 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
     """
     from sidestep.commands.evidence import Picture, write_evidence
     from sidestep.studies.conditions import conditions
+    from sidestep.studies.opponents import contestants
     from sidestep.viewer.figure_peers import by_condition_figure, overall_figure
 
     rows, aims, pooled = result["conditions"], result["aims"], result["pooled"]
-    drivers = [row["navigator"] for row in pooled]
     words = {name: c.description for name, c in conditions().items()}
     tables = [
         {"title": "What was aimed at", "header": ["condition", "n", "contact ≤ (99 %)", "reached",
@@ -50,6 +50,10 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
         {"title": "Over all conditions", "header": ["navigator", "conditions", "episodes", "contact moving",
          "99 % interval", "time by shortest"], "rows": [_whole(row) for row in pooled]},
     ]  # fmt: skip
+    ablations = [row["navigator"] for row in pooled if _kind(row["navigator"]) == "ablation"]
+    if ablations:
+        told = [[name, contestants()[name].description] for name in ablations]
+        tables.append({"title": "Ours with one part taken away", "header": ["navigator", "what differs"], "rows": told})
     for name in dict.fromkeys(row["name"] for row in rows):
         body = [[_text(row.get(key), form) for key, _, form in _COLUMNS] for row in rows if row["name"] == name]
         tables.append({"title": f"{name}: {words[name]}", "header": [head for _, head, _ in _COLUMNS], "rows": body})
@@ -58,13 +62,13 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
             file="peers-overall.png",
             alt="Share of episodes with a moving contact, with exact 99 % intervals, over the mean time to goal, one "
             "mark per navigator.",
-            figure=overall_figure(pooled),
+            figure=overall_figure([{**row, "kind": _kind(row["navigator"])} for row in pooled]),
         ),
         Picture(
             file="peers-conditions.png",
             alt="Per condition: moving contacts of ours, to the 99 % bound, and of others; our time by the fastest "
             "safe opponent's.",
-            figure=by_condition_figure(rows, aims, drivers[:5]),
+            figure=by_condition_figure(rows, aims, _shown(pooled)),
         ),
     ]
     write_evidence(
@@ -76,6 +80,18 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
         pictures=pictures,
         remarks=_remarks(result),
     )
+
+
+def _kind(navigator: str) -> str:
+    from sidestep.studies.opponents import contestants
+
+    return contestants()[navigator].kind
+
+
+def _shown(pooled: Sequence[Row]) -> list[str]:
+    """Five navigators whom the figure by condition has room for: ours, opponents, and ablations where these are few."""
+    order = ("ours", "opponent", "ablation")
+    return sorted((row["navigator"] for row in pooled), key=lambda name: order.index(_kind(name)))[:5]
 
 
 def _aim(aim: Row, rows: Sequence[Row]) -> list[Any]:

@@ -94,7 +94,8 @@ def evaluate(
         condition_names: of `conditions()`.
         navigator_names: of `contestants()`.
         episodes: per condition and navigator.
-        fewer: condition or navigator → at most so many episodes, the first ones.
+        fewer: condition or navigator → at most so many episodes, the first ones; "condition:NAME" or "navigator:NAME"
+            where both have the name.
         seed: base of all seeds.
         workers: processes.
         engine: "joblib" or "ray".
@@ -104,17 +105,17 @@ def evaluate(
 
     Raises:
         UnknownName: there is no such condition or navigator.
+        InvalidInput: `fewer` has a name that a condition and a navigator share, or a count is no integer ≥ 1.
         MissingExtra: a condition or navigator needs an optional part that is not installed.
     """
     for name in condition_names:
         _known("conditions", name, conditions())
     for name in navigator_names:
         _known("navigators", name, contestants())
-    for name in fewer or ():
-        _known("fewer", name, {**conditions(), **contestants()})
-    if min([episodes, *(fewer or {}).values()]) < 1:
+    limits = {_whose(name): count for name, count in (fewer or {}).items()}
+    if min([episodes, *limits.values()]) < 1:
         raise InvalidInput("episodes", episodes, "an integer ≥ 1")
-    most = {(c, n): _at_most(episodes, fewer or {}, c, n) for c in condition_names for n in navigator_names}
+    most = {(c, n): _at_most(episodes, limits, c, n) for c in condition_names for n in navigator_names}
     pieces = [
         Piece(condition=c, navigator=n, start=k, stop=min(k + PIECE, count), seed=seed)
         for (c, n), count in most.items()
@@ -148,8 +149,24 @@ def _batches(pieces: Sequence[Piece], found: Mapping[str, Any]) -> dict[tuple[st
     return {key: Batch(values=np.array(r, dtype=np.float64), times=times[key]) for key, r in rows.items()}
 
 
-def _at_most(episodes: int, fewer: Mapping[str, int], *names: str) -> int:
-    return min([episodes, *(fewer[name] for name in names if name in fewer)])
+def _whose(name: str) -> tuple[str, str]:
+    """Return ("condition" or "navigator", its name); whichever has it, where the name does not say."""
+    known: Mapping[str, Mapping[str, Any]] = {"condition": conditions(), "navigator": contestants()}
+    kind, colon, plain = name.partition(":")
+    if colon:
+        _known("fewer", kind, known)
+        _known("fewer", plain, known[kind])
+        return kind, plain
+    having = [kind for kind, names in known.items() if name in names]
+    if len(having) > 1:
+        raise InvalidInput("fewer", name, " or ".join(f"{kind}:{name}" for kind in having), "both have this name")
+    _known("fewer", name, {**known["condition"], **known["navigator"]})
+    return having[0], name
+
+
+def _at_most(episodes: int, limits: Mapping[tuple[str, str], int], condition: str, navigator: str) -> int:
+    named = ("condition", condition), ("navigator", navigator)
+    return min([episodes, *(limits[key] for key in named if key in limits)])
 
 
 def _known(field_name: str, name: str, known: Mapping[str, Any]) -> None:

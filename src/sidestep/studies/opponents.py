@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,6 +21,8 @@ from sidestep.simulation.scenario import Scenario
 
 OPPONENT_RISK = 0.05
 """P_th of the chance-constrained opponent: the limit that is aimed at per encounter."""
+FAR_PLACES = tuple((5.0 + 20.0 * math.cos(a), 20.0 * math.sin(a)) for a in np.arange(8) * math.pi / 4)
+"""m, all round the middle of the trip: where people may want to go, for whom does without directions."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +80,7 @@ def contestants() -> Mapping[str, Contestant]:
         ),
         _ablation("no-anticipation", "N_H = 0: people take the robot to stand", human={"horizon": 0}),
         _ablation("cells", "the paper's rule: away from every likely cell", planner={"risk_rule": "cells"}),
+        _ablation("no-directions", "goals are eight far places, not directions", human={"goals": FAR_PLACES}),
         _ablation("no-steadiness", "one steadiness for all", human={"steadiness": False}),
         _ablation("fixed-randomness", "ω is not learned", human={"online_randomness": False}),
         _ablation("no-filter", "measured positions as they are", human={"motion_filter": False}),

@@ -22,31 +22,42 @@ def overall_figure(pooled: Sequence[Row]) -> Figure:
 
     Args:
         pooled: "navigator", "collision_moving", "collision_moving_ci99" (low, high), "time_ratio" of time to goal by
-            shortest time.
+            shortest time; "kind" of contestant: ablations have hollow marks.
     """
-    figure = style.new_figure(6.4, 4.4)
+    beside = len(pooled) > 8  # a column of its own, where rows of names would not fit above
+    figure = style.new_figure(8.4 if beside else 6.4, 0.24 * len(pooled) + 1.6 if len(pooled) > 12 else 4.4)
     axes = figure.subplots()
+    others = [row["navigator"] for row in pooled if row["navigator"] != OURS]
     for n, row in enumerate(pooled):
         low, high = row["collision_moving_ci99"]
         p = row["collision_moving"]
+        ours = row["navigator"] == OURS
+        colour = style.ROBOT if ours else style.PEOPLE[others.index(row["navigator"]) % len(style.PEOPLE)]
         axes.errorbar(
             [row["time_ratio"]],
             [100 * p],
             yerr=[[100 * (p - low)], [100 * (high - p)]],
-            color=style.ROBOT if row["navigator"] == OURS else style.PEOPLE[(n - 1) % len(style.PEOPLE)],
+            color=colour,
             marker=MARKS[n % len(MARKS)],
+            mfc="none" if row.get("kind") == "ablation" else colour,
             ls="",
             ms=8,
             elinewidth=1.2,
             capsize=3,
             label=row["navigator"],
+            zorder=4 if ours else 3,
+            clip_on=False,
         )
     axes.axhline(100 * AIM_COLLISION, color=style.LIMIT, ls=":", lw=1.2)
     axes.set_ylim(bottom=-0.5)
     axes.margins(x=0.1)
     style.style_axes(axes, x="mean time to goal over the shortest", y="episodes with a moving contact (%)")
     figure.legend(
-        *axes.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=style.SMALL, frameon=False
+        *axes.get_legend_handles_labels(),
+        loc="outside right upper" if beside else "outside upper center",
+        ncols=1 if beside else 4,
+        fontsize=style.SMALL,
+        frameon=False,
     )
     return figure
 
