@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep.planning.plan import Plan
+from sidestep.planning.plan import PersonPlan, Plan
 from sidestep.simulation.loop import Step, simulate
 from sidestep.simulation.metrics import measure
 from sidestep.simulation.record import Record
@@ -78,22 +78,21 @@ class Setting:
 
 def run_seed(scenario: Scenario, seed: int) -> list[float]:
     """Run one seed; the numbers in the order of `COLUMNS`."""
-    seen: list[tuple[float, float]] = []
+    seen: list[PersonPlan] = []
 
     def watch(step: Step) -> None:
         if step.planned and isinstance(step.motion, Plan):
-            for person in step.motion.people.values():
-                cells = person.occupancy.probability[-1]
-                seen.append((entropy(cells), float(cells.max())))
+            seen.extend(step.motion.people.values())
 
     record = simulate(scenario, seed=seed, snapshots=0, on_step=watch)
     m = measure(record)
     closest = _closest(record)
-    width = np.array(seen) if seen else np.full((1, 2), np.nan)
     belief = record.beliefs[:, 0] if record.beliefs.size else np.full(1, np.nan)
     true_concerned = scenario.people[0].kind == "concerned"
     right = belief > 0.9 if true_concerned else belief < 0.1
-    decided = np.flatnonzero(right[: len(width)])
+    decided = np.flatnonzero(right[: len(seen)])
+    met = [width(person) for person in seen[: closest + 1]] or [(float("nan"), float("nan"))]
+    known = [met[k] if k < len(met) else width(seen[k]) for k in decided]
     return [
         m.PI_R,
         m.PI_H,
@@ -105,18 +104,27 @@ def run_seed(scenario: Scenario, seed: int) -> list[float]:
         m.human_path_length,
         m.turning,
         m.human_turning,
-        float(np.mean(width[: closest + 1, 0])),
-        float(width[0, 0]),
-        float(np.mean(width[decided, 0])) if len(decided) else float("nan"),
-        float(width[0, 1]),
-        float(np.mean(width[decided, 1])) if len(decided) else float("nan"),
+        float(np.mean([entropy for entropy, _ in met])),
+        met[0][0],
+        float(np.mean([entropy for entropy, _ in known])) if known else float("nan"),
+        met[0][1],
+        float(np.mean([peak for _, peak in known])) if known else float("nan"),
         float(belief[min(closest, len(belief) - 1)]),
-        float(decided[0]) if len(decided) else float("nan"),
+        float(decided[0]) if known else float("nan"),
         m.max_collision_probability,
         1.0 - m.status_counts["certified"] / max(m.steps, 1),
         m.min_distance,
         m.plan_p95,
     ]
+
+
+def width(person: PersonPlan) -> tuple[float, float]:
+    """Return entropy (nat) and likeliest cell of what a plan assumed of a person at its end.
+
+    Whoever was too far away to matter is predicted for it; so it is asked only where the number is used.
+    """
+    cells = person.occupancy.probability[-1]
+    return entropy(cells), float(cells.max())
 
 
 def entropy(probability: FloatArray) -> float:
