@@ -53,11 +53,12 @@ def first_action_costs(
         free: (rows, C) cells a person may occupy, laid out as values, or size 0.
     """
     d, count, centre = origin.size, 2 * reach + 1, reach * steps
+    here, mixing = np.int64(0), bool(0)  # as literals they would have the functions they go to compiled once more
     columns = 2 * centre + 1
     rows = columns ** (d - 1)
     taps = np.empty((steps, 3, count))
     lay_out_actions(
-        effort_weight, np.zeros(d), np.zeros(d), speed, False, np.inf, 0.0, taps, np.empty((3, count, count)),
+        effort_weight, np.zeros(d), np.zeros(d), speed, mixing, np.inf, 0.0, taps, np.empty((3, count, count)),
         np.empty((3 * count, 1)),
     )  # fmt: skip
     axes, table = _goal_terms(origin, rotation, spacing, goal, goal_weight, squared_goal, centre, rows, free)
@@ -71,11 +72,11 @@ def first_action_costs(
             path, np.empty(0), by_axis,
         )  # fmt: skip
         if not squared_decay:
-            danger_tables(path, 0, reach, lead, spacing, danger_weight, danger_rate, centre, d, by_cell)
+            danger_tables(path, here, reach, lead, spacing, danger_weight, danger_rate, centre, d, by_cell)
     plane, lines = np.empty((columns if d == 3 else 0, columns)), np.empty((3, columns))
     even, odd = np.empty((rows, columns)), np.empty((rows, columns))
     costs = CostTables(axes, table, by_axis, by_cell)
-    arrive = sweep(costs, lead, danger, taps, 0, centre, d, even, odd, plane, lines)
+    arrive = sweep(costs, lead, danger, taps, here, centre, d, even, odd, plane, lines)
     return _with_effort(arrive, taps, centre, d)
 
 
