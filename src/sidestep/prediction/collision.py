@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from sidestep._kernels.risk import mass_near, mass_within
 from sidestep._kernels.risk_along import mass_near_along, mass_within_along
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.risk_raster import rasterise_all
+from sidestep.lazily import lazy
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
 from sidestep.types import FloatArray, IntArray, Path
 
@@ -38,17 +39,17 @@ class RiskField:
     distances: FloatArray
     midway: bool = True
 
-    @cached_property
+    @lazy
     def blocks(self) -> int:
         """Half instants B = 2N+1 that are known; 0 when there is nobody."""
         return len(self.people[0].radii) if self.people else 0
 
-    @cached_property
+    @lazy
     def has_midway(self) -> bool:
         """True if the risk between the steps is to be looked at, and known."""
         return self.midway and any(p.offsets[2] > p.offsets[1] for p in self.people if len(p.radii) > 1)
 
-    @cached_property
+    @lazy
     def _evaluators(self) -> list[_Sharp | _Blurred]:
         pairs = zip(self.people, self.distances, strict=True)
         return [_Blurred(p, float(r)) if p.spread else _Sharp(p, float(r)) for p, r in pairs]
@@ -125,7 +126,7 @@ class RiskField:
         )  # fmt: skip
         return RiskRasters(values=values, starts=starts, some=some, boxes=boxes)
 
-    @cached_property
+    @lazy
     def _listed(self) -> dict[float, Clouds]:
         """What `_clouds` has made, by tolerance: a search that looks again draws the same people."""
         return {}
@@ -162,13 +163,20 @@ class RiskField:
 
         Only the steps count, as in the paper's Section IV; the spread is ignored.
         """
-        marked = [
-            PersonMass(
-                lattice=p.lattice, flat=(p.flat >= threshold).astype(np.float64), offsets=p.offsets, radii=p.radii
-            )
-            for p in self.people
-        ]
-        return RiskField(people=marked, distances=self.distances, midway=False)
+        if threshold not in self._above:
+            marked = [
+                PersonMass(
+                    lattice=p.lattice, flat=(p.flat >= threshold).astype(np.float64), offsets=p.offsets, radii=p.radii
+                )
+                for p in self.people
+            ]
+            self._above[threshold] = RiskField(people=marked, distances=self.distances, midway=False)
+        return self._above[threshold]
+
+    @lazy
+    def _above(self) -> dict[float, RiskField]:
+        """What `cells_above` has made, by threshold: a path is searched and judged under the same people."""
+        return {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
