@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.frames import local
 from sidestep._kernels.sweep import CostTables, Values, axis_radius, row_count, sweep
 from sidestep._kernels.sweep_tables import (
     danger_tables,
@@ -53,7 +54,7 @@ def first_action_costs(
         free: (rows, C) cells a person may occupy, laid out as values, or size 0.
     """
     d, count, centre = origin.size, 2 * reach + 1, reach * steps
-    here, mixing = np.int64(0), bool(0)  # as literals they would have the functions they go to compiled once more
+    here, mixing = 0 * reach, bool(0)  # as literals they would have the functions they go to compiled once more
     columns = 2 * centre + 1
     rows = columns ** (d - 1)
     taps = np.empty((steps, 3, count))
@@ -87,15 +88,12 @@ def _goal_terms(
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Goal terms of `CostTables`: per axis, or as a table where there are walls or the distance is not squared."""
     d, columns = origin.size, 2 * centre + 1
-    local = np.zeros(d)  # m, the goal in the lattice's frame
-    for a in range(d):
-        for b in range(d):
-            local[a] += (goal[b] - origin[b]) * rotation[b, a]
+    to_goal = local(goal, origin, rotation)
     axes, table = np.zeros((3, columns)), np.empty((rows if free.size > 0 or not squared else 0, columns))
     if squared:
-        lay_out_squares(local, weight, spacing, centre, axes)
+        lay_out_squares(to_goal, weight, spacing, centre, axes)
     else:
-        lay_out_distances(local, weight, spacing, centre, d, table)
+        lay_out_distances(to_goal, weight, spacing, centre, d, table)
     cells = row_count(centre, d)
     for row in range(free.shape[0]):
         aside = axes[0, row // cells] + axes[1, row % cells]

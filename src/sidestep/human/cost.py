@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from sidestep._kernels.frames import local
 from sidestep._kernels.sweep import Values
 from sidestep._kernels.sweep_tables import (
     danger_tables,
@@ -150,7 +151,7 @@ def goal_terms(model: HumanModel, goal: Goal, grid: CostGrid, free: BoolArray | 
     table = np.zeros((0, 0))
     if isinstance(goal, PointGoal):
         weight = per_axis("human.goal_weight", model.goal_weight, d)
-        to_goal = grid.lattice.to_local(goal.position)
+        to_goal = local(goal.position, grid.lattice.origin, grid.lattice.rotation)
         if model.goal_cost == "squared":
             lay_out_squares(to_goal, weight, spacing, centre, axes)  # ‖x − g‖²_θ1
         else:

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from sidestep._kernels.blocks import take_steps
+from sidestep._kernels.frames import turned
 from sidestep.errors import InvalidInput
 from sidestep.human.actions import ActionSet
 from sidestep.human.goals import Goal
@@ -277,7 +278,8 @@ def first_action_probabilities(
 
 def action_velocities(model: HumanModel, lattice: Lattice, time_step: float) -> FloatArray:
     """(n, d) m/s, the actions in the world frame, in the order of `ActionSet.multiples`."""
-    return _unit_velocities(model.reach, lattice.dimension) @ (lattice.spacing / time_step * lattice.rotation.T)
+    units = _unit_velocities(model.reach, lattice.dimension)
+    return turned(units, lattice.rotation, lattice.spacing / time_step)
 
 
 @lru_cache(maxsize=16)
