@@ -9,9 +9,9 @@ from threading import Lock
 
 import numpy as np
 
+from sidestep._kernels.evidence import mixed
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal, SlowingGoal
 from sidestep.lazily import lazy
-from sidestep.minds import Mind
 from sidestep.planning.plan import PersonPlan
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
@@ -83,7 +83,9 @@ class Forecast:
             sigmas=np.array([s.position_sigma for s in self.near]),
             person=_numbered(tuple(counts)),
             velocities=_joined([p.velocities for p in told]),
-            probabilities=_joined([_mixed(m, p) for m, p in zip(minds, told, strict=True)]),
+            probabilities=_joined(
+                [mixed(m.belief.weights, p.action_probabilities) for m, p in zip(minds, told, strict=True)]
+            ),
             distances=np.array([s.contact + NEAR_MARGIN for s in self.near]),
             interval=around.interval,
             limit=around.first_step_limit,
@@ -112,12 +114,6 @@ def foresee(
             check()
             predictions[subject.mind.id] = subject.predicted(path, workspace)
     return Forecast(path=path, around=around, everybody=everybody, predictions=predictions)
-
-
-def _mixed(mind: Mind, prediction: Prediction) -> FloatArray:
-    """(n,) action probabilities now, over goal and awareness as believed."""
-    probabilities = prediction.action_probabilities
-    return mind.belief.weights.ravel() @ probabilities.reshape(-1, probabilities.shape[-1])
 
 
 class Afterwards:

@@ -17,6 +17,17 @@ FLOOR = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
+def mixed(weights: FloatArray, probabilities: FloatArray) -> FloatArray:
+    """(n,) Σ weights · P(u): action probabilities (G, 2, n) over what is believed (G, 2)."""
+    out = np.zeros(probabilities.shape[2])
+    for g in range(probabilities.shape[0]):
+        for b in range(2):
+            for n in range(out.size):
+                out[n] += weights[g, b] * probabilities[g, b, n]
+    return out
+
+
+@njit(cache=True, error_model="numpy")
 def action_weights(
     velocities: FloatArray, displacement: FloatArray, elapsed: float, covariance: FloatArray
 ) -> FloatArray:

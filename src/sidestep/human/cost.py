@@ -128,8 +128,9 @@ def action_terms(model: HumanModel, goal: Goal, grid: CostGrid, width: int) -> A
     direction = isinstance(goal, DirectionGoal)
     intended, pull = np.zeros(d), np.zeros(d)
     if direction:
-        intended = np.minimum(np.maximum(goal.velocity @ grid.lattice.rotation / grid.speed, -reach), reach)
-        norm = math.sqrt(intended @ intended)
+        along = local(goal.velocity, np.zeros(d), grid.lattice.rotation)
+        intended = np.minimum(np.maximum(along / grid.speed, -reach), reach)
+        norm = math.sqrt(sum(x * x for x in intended.tolist()))
         if norm > 0:
             weight = per_axis("human.goal_weight", model.goal_weight, d)
             pull = np.abs(intended) * weight * (grid.lattice.spacing / norm)

@@ -21,6 +21,7 @@ from functools import reduce
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from sidestep._kernels.frames import local
 from sidestep._kernels.sweep import CostTables, Values, sweep
 from sidestep._kernels.sweep_choices import Choices, ValueScratch, choose, mark_admissible
 from sidestep._kernels.sweep_marks import WORD
@@ -154,7 +155,7 @@ def _undisturbed_tables(
         return actions.tables
     if isinstance(goal, SlowingGoal):
         tables = np.empty_like(actions.tables)
-        pace = goal.velocity @ grid.lattice.rotation / grid.speed
+        pace = local(goal.velocity, np.zeros(grid.dimension), grid.lattice.rotation) / grid.speed
         slowing_policies(pace, goal.time / grid.time_step, radius, grid.reach, tables)
         return tables
     tables = np.zeros_like(actions.tables)
