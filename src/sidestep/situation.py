@@ -122,7 +122,7 @@ class Situation:
         """Return m from `place` to the goal, around walls."""
         if self.field is not None:
             return float(self.field.at(place[None])[0])
-        return float(np.linalg.norm(self.goal - place))
+        return math.dist(self.goal, place)
 
     def wished(self) -> list[Path]:
         """Return motions (N+1, d) m that begin as wished: then standing, and going on."""
