@@ -93,6 +93,17 @@ def test_hypotheses_add_up_and_first_actions_are_theirs(seed: int) -> None:
     np.testing.assert_allclose(alone, result.action_probabilities, atol=1e-12)
 
 
+@settings(max_examples=30)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_walls_that_nobody_can_reach_change_nothing(seed: int) -> None:
+    case = draw_encounter(seed, d=2, reach=1, steps=3, horizon=2, walls=False)
+    goals = [g.held(1.0) if isinstance(g, SlowingGoal) else g for g in case.goals]  # who slows down knows no walls
+    around = predicted(replace(case, goals=goals, free=np.ones((13, 13), dtype=bool)))
+    without = predicted(replace(case, goals=goals, free=None))
+    np.testing.assert_allclose(around.occupancy.probability, without.occupancy.probability, atol=1e-9)
+    np.testing.assert_allclose(around.contact, without.contact, atol=1e-9)
+
+
 def test_actions_are_told_for_hypotheses_without_weight_too() -> None:
     case = draw_encounter(5, d=2, reach=2, steps=3, horizon=3, walls=False)
     sure = predicted(replace(case, weights=np.array([[1.0, 0.0], [0.0, 0.0]])))

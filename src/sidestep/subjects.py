@@ -96,11 +96,12 @@ class Subject:
 
     @lazy
     def free(self) -> BoolArray | None:
-        """Cells where the person may be; None: everywhere."""
+        """Cells where the person may be; None: everywhere that can be reached."""
         if self.around.obstacles is None:
             return None
         cells = self.lattice.with_radius(self.mind.model.reach * (self.around.horizon + self.look_ahead))
-        return self.around.obstacles.free_cells(cells, margin=0.5 * self.mind.model.radius)
+        free = self.around.obstacles.free_cells(cells, margin=0.5 * self.mind.model.radius)
+        return None if free.all() else free  # walls out of reach would only keep costs from being summed axis by axis
 
     @lazy
     def spread(self) -> tuple[FloatArray, FloatArray] | None:
