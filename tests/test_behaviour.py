@@ -23,7 +23,7 @@ from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario
 from sidestep.types import Path
 
-SEEDS = int(os.environ.get("SIDESTEP_BEHAVIOUR_SEEDS", "100"))
+SEEDS = int(os.environ.get("SIDESTEP_BEHAVIOUR_SEEDS", "200"))
 
 
 class Run(NamedTuple):
