@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +11,8 @@ from hypothesis import strategies as st
 
 from sidestep._kernels.evidence import mixed
 from sidestep._kernels.frames import local, turned
+from sidestep._kernels.sweep import row_count
+from sidestep._kernels.sweep_tables import wall_off
 
 
 @given(seed=st.integers(0, 10**6), d=st.sampled_from([1, 2, 3]))
@@ -27,3 +31,17 @@ def test_mixtures_are_sums_over_what_is_believed(seed, goals):
     weights, probabilities = rng.dirichlet(np.ones(2 * goals)).reshape(goals, 2), rng.dirichlet(np.ones(9), (goals, 2))
     for mix in (mixed, mixed.py_func):
         assert mix(weights, probabilities) == pytest.approx(np.einsum("gb,gbn->n", weights, probabilities))
+
+
+@given(seed=st.integers(0, 10**6), d=st.sampled_from([1, 2, 3]), summed=st.booleans())
+def test_only_free_cells_have_a_finite_cost(seed, d, summed):
+    rng = np.random.default_rng(seed)
+    width = 5
+    axes, table = np.zeros((3, width)), rng.normal(size=(width ** (d - 1), width))
+    axes[3 - d :] = rng.normal(size=(d, width))
+    free = rng.random(table.shape) < 0.7
+    costs = reduce(np.add.outer, axes[3 - d :]).reshape(table.shape) if summed else table
+    for close in (wall_off, wall_off.py_func):
+        out = table.copy()
+        close(free, axes, summed, row_count(2, d), out)
+        assert out == pytest.approx(np.where(free, costs, np.inf))

@@ -25,7 +25,7 @@ from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import Facing, Way
 from sidestep.lattice import identity
-from sidestep.types import FloatArray, Vector, frozen_array
+from sidestep.types import FloatArray, Vector, finite, frozen_array
 
 _STALE = 3.0  # time steps after which a displacement no longer tells one action
 _GOAL_RATE = 0.5  # 1/s, how fast "where to" is forgotten when it is only known as a direction
@@ -140,7 +140,7 @@ def met(
         before = known.get(name)
         if seen.position.shape != (dimension,):
             raise Unplaceable(f"person {seen.id!r}: position has {seen.position.size} coordinates, not {dimension}")
-        if not _finite(seen.position):
+        if not finite(seen.position):
             if before is None or time - before.seen > memory:
                 raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")
             present[name] = miss(before, time)
@@ -345,7 +345,7 @@ def _goals(
     observation: PersonObservation, model: HumanModel, state: Habits | None, velocity: Vector
 ) -> tuple[tuple[Goal, ...], FloatArray | None]:
     """Candidate goals and the prior over them (None: uniform)."""
-    if observation.goal is not None and _finite(observation.goal):
+    if observation.goal is not None and finite(observation.goal):
         return (PointGoal(observation.goal),), None
     fitting = [g for g in model.candidates if len(g) == observation.position.size] if model.goals else []
     if fitting:
@@ -360,14 +360,9 @@ def _goals(
 def _covariance(observation: PersonObservation, model: HumanModel) -> FloatArray:
     d = observation.position.size
     given = observation.position_covariance
-    if given is not None and given.shape == (d, d) and _finite(given.ravel()) and min(given.diagonal().tolist()) >= 0:
+    if given is not None and given.shape == (d, d) and finite(given.ravel()) and min(given.diagonal().tolist()) >= 0:
         return given
     return _isotropic(model.measurement_noise, d)
-
-
-def _finite(values: Vector) -> bool:
-    """Whether all of (n,) few numbers are."""
-    return all(map(math.isfinite, values.tolist()))
 
 
 @lru_cache(maxsize=64)
@@ -377,6 +372,6 @@ def _isotropic(sigma: float, d: int) -> FloatArray:
 
 def _velocity(mind: Mind, observation: PersonObservation, time: float) -> Vector:
     """The observed velocity, or a difference of positions where the observation brings none."""
-    if observation.velocity is not None and _finite(observation.velocity):
+    if observation.velocity is not None and finite(observation.velocity):
         return observation.velocity
     return frozen_array((observation.position - mind.measured) / (time - mind.seen))

@@ -30,7 +30,7 @@ from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed, settled
+from sidestep.types import FloatArray, Vector, VectorLike, finite, frozen_array, sealed, settled
 
 _log = logging.getLogger(__name__)
 
@@ -140,7 +140,7 @@ class Planner:
             return f"time ran backwards by {back:.3g} s; starting afresh"
         if robot.position.shape != self.goal.shape:
             return f"robot position has {robot.position.size} coordinates, the goal {self.goal.size}"
-        if not all(map(math.isfinite, robot.position.tolist())):
+        if not finite(robot.position):
             return f"robot position is {robot.position.tolist()}"
         if isinstance(self.robot, DifferentialDrive) and (robot.heading is None or not math.isfinite(robot.heading)):
             return f"robot heading is {robot.heading}; a differential drive needs a finite one"

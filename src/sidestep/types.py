@@ -6,6 +6,7 @@ Letters in shapes: d dimensions (1, 2 or 3), N horizon in steps, T recorded step
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -46,6 +47,11 @@ def settled(values: VectorLike | FloatArray) -> FloatArray:
         if not flags.writeable and flags.c_contiguous and values.base is None and values.dtype == np.float64:
             return values
     return frozen_array(values)
+
+
+def finite(values: FloatArray) -> bool:
+    """Return whether all of a few numbers (n,) are finite; for a few, sooner than an array operation does."""
+    return all(map(math.isfinite, values.tolist()))
 
 
 def sealed(array: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from sidestep._kernels.sweep_tables import (
     lay_out_danger,
     lay_out_distances,
     lay_out_squares,
+    wall_off,
 )
 from sidestep.types import BoolArray, FloatArray
 
@@ -94,12 +95,7 @@ def _goal_terms(
         lay_out_squares(to_goal, weight, spacing, centre, axes)
     else:
         lay_out_distances(to_goal, weight, spacing, centre, d, table)
-    cells = row_count(centre, d)
-    for row in range(free.shape[0]):
-        aside = axes[0, row // cells] + axes[1, row % cells]
-        for c in range(columns):
-            here = aside + axes[2, c] if squared else table[row, c]
-            table[row, c] = here if free[row, c] else np.inf
+    wall_off(free, axes, squared, row_count(centre, d), table)
     return axes, table
 
 

@@ -11,6 +11,13 @@ from sidestep.types import FloatArray, IntArray
 
 
 @njit(cache=True, error_model="numpy")
+def _looked_at(path: FloatArray, stride: int) -> tuple[FloatArray, IntArray]:
+    """Places (M, 3) m and half instants (M,) of `path`: all from 1 on, or every other (`stride` 2: the steps)."""
+    places = half_instants(path)
+    return places[stride - 1 :: stride].copy(), np.arange(stride, places.shape[0] + 1, stride)
+
+
+@njit(cache=True, error_model="numpy")
 def mass_within_along(
     path: FloatArray,
     midway: bool,
@@ -26,8 +33,7 @@ def mass_within_along(
     """`mass_within` (2N,) at half instants 1..2N of `path` (N+1, d) m; 0 between the steps if not `midway`."""
     stride = 1 if midway else 2
     out = np.zeros(2 * (path.shape[0] - 1))
-    instants = np.arange(stride, out.size + 1, stride)
-    points = half_instants(path)[stride - 1 :: stride].copy()
+    points, instants = _looked_at(path, stride)
     out[stride - 1 :: stride] = mass_within(
         points, instants, flat, offsets, radii, spacings, origin, rotation, active, distance
     )
@@ -54,8 +60,7 @@ def mass_near_along(
     """`mass_near` (2N,) at half instants 1..2N of `path` (N+1, d) m; 0 between the steps if not `midway`."""
     stride = 1 if midway else 2
     out = np.zeros(2 * (path.shape[0] - 1))
-    instants = np.arange(stride, out.size + 1, stride)
-    points = half_instants(path)[stride - 1 :: stride].copy()
+    points, instants = _looked_at(path, stride)
     out[stride - 1 :: stride] = mass_near(
         points, instants, flat, offsets, radii, spacings, origin, rotation, active, spans, span_starts, outside,
         samples, grids,

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from sidestep._kernels.sweep import Values, axis_radius, row_count
-from sidestep.types import FloatArray
+from sidestep.types import BoolArray, FloatArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -127,6 +127,24 @@ def lay_out_distances(
         aside += axes[0, row // rows] if dimension > 2 else 0.0
         for c in range(table.shape[1]):
             table[row, c] = np.sqrt(aside + axes[2, c])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def wall_off(free: BoolArray, axes: FloatArray, summed: bool, layer: int, table: FloatArray) -> None:
+    """Forbid cells that are not free.
+
+    Args:
+        free: (rows, C), or size 0: no walls, nothing is done.
+        axes: (3, C) cost per axis.
+        summed: what the free cells cost is the sum of `axes`; else it stands in `table` already.
+        layer: rows that make up one cell of the first axis.
+        table: (rows, C), written: +inf where a cell is not free.
+    """
+    for row in range(free.shape[0]):
+        aside = axes[0, row // layer] + axes[1, row % layer]
+        for c in range(free.shape[1]):
+            here = aside + axes[2, c] if summed else table[row, c]
+            table[row, c] = here if free[row, c] else np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

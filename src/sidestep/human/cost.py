@@ -9,13 +9,14 @@ from functools import lru_cache
 import numpy as np
 
 from sidestep._kernels.frames import local
-from sidestep._kernels.sweep import Values
+from sidestep._kernels.sweep import Values, row_count
 from sidestep._kernels.sweep_tables import (
     danger_tables,
     lay_out_actions,
     lay_out_danger,
     lay_out_distances,
     lay_out_squares,
+    wall_off,
 )
 from sidestep.errors import InvalidInput
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal
@@ -159,20 +160,10 @@ def goal_terms(model: HumanModel, goal: Goal, grid: CostGrid, free: BoolArray | 
             table = np.empty(grid.shape)
             lay_out_distances(to_goal, weight, spacing, centre, d, table)  # θ1 ‖x − g‖
     if free is not None:
-        if table.size == 0:
-            table = _outer_sum(axes[3 - d :], grid)
-        table = np.where(free, table, np.inf)
+        summed = table.size == 0
+        table = np.empty(grid.shape) if summed else table
+        wall_off(free, axes, summed, row_count(centre, d), table)
     return axes.astype(grid.dtype, copy=False), table.astype(grid.dtype, copy=False)
-
-
-def _outer_sum(axes: FloatArray, grid: CostGrid) -> FloatArray:
-    d = grid.dimension
-    total = np.zeros((1,) * d)
-    for a in range(d):
-        shape = [1] * d
-        shape[a] = -1
-        total = total + axes[a].reshape(shape)
-    return total.reshape(grid.shape)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,11 +11,9 @@ from sidestep.errors import InvalidInput
 from sidestep.human.cost import CostGrid, danger_law, per_axis
 from sidestep.human.goals import Goal, PointGoal
 from sidestep.human.model import HumanModel
-from sidestep.human.policy import action_values, embedded_free, look_ahead
+from sidestep.human.policy import EVERYWHERE, action_values, embedded_free, look_ahead
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray, Path
-
-_NOWHERE = np.zeros((0, 0), np.bool_)
 
 
 def first_action_costs(
@@ -66,5 +64,5 @@ def first_action_costs(
         world, lattice.origin, lattice.rotation, lattice.spacing, lattice.spacing / time_step, reach, steps, lead,
         goal.position, per_axis("human.goal_weight", model.goal_weight, d),
         per_axis("human.effort_weight", model.effort_weight, d), model.goal_cost == "squared", bool(awareness),
-        weight, rate, model.danger_decay == "squared_distance", _NOWHERE if walls is None else walls,
+        weight, rate, model.danger_decay == "squared_distance", EVERYWHERE if walls is None else walls,
     )  # fmt: skip

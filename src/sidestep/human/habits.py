@@ -14,7 +14,7 @@ import numpy as np
 
 from sidestep._kernels import habits as kernel
 from sidestep.human.habit_settings import ClassTables, HabitSettings, class_tables
-from sidestep.types import FloatArray, Vector, VectorLike
+from sidestep.types import FloatArray, Vector, VectorLike, finite
 
 _SETTLES = 40  # observations after which the filter has forgotten its start
 _ROWS = 40  # remembered instants; more than `window / gap`
@@ -215,7 +215,7 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
     z = np.asarray(position, dtype=np.float64)
     dt = time - state.time
     d = state.mean.size // 2
-    if z.size != d or not all(map(math.isfinite, (dt, *z.tolist()))) or -s.time_out <= dt <= 1e-6:
+    if z.size != d or not (math.isfinite(dt) and finite(z)) or -s.time_out <= dt <= 1e-6:
         return state
     r = _usable(covariance, d, s.measurement_noise)
     if dt > s.time_out or dt < 0 or kernel.is_another(state.mean, state.covariance, z, r, s.top_speed * dt):

@@ -41,7 +41,7 @@ from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray
 
-_EVERYWHERE = np.zeros((0, 0), np.bool_)  # no walls
+EVERYWHERE = np.zeros((0, 0), np.bool_)  # no walls
 _NOTHING_USED = np.zeros(0)
 
 
@@ -129,7 +129,7 @@ def policy_of(
         tables=tables,
         used=tables.max(axis=1) if tables.size > 0 else _NOTHING_USED,
         differs=differs,
-        free=_EVERYWHERE if free is None else free,
+        free=EVERYWHERE if free is None else free,
         rationality=float(model.rationality),
     )
 

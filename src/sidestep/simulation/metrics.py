@@ -87,7 +87,8 @@ def measure(record: Record) -> Metrics:
     predicted, realised = _violations(record, sampled)
     robot_contacts, robot_gap = among_robots(record)
     pi_r, pi_h, lateral_r, lateral_h = _indices(record)
-    planning = np.sort(1e3 * record.planning_time[record.plan_age <= 1e-9])
+    planning = 1e3 * record.planning_time[record.plan_age <= 1e-9]
+    median, p95, most = np.quantile(planning, (0.5, 0.95, 1.0)).tolist() if len(planning) else (math.nan,) * 3
     arrival = _arrival(record)
     return Metrics(
         steps=len(record.status),
@@ -116,9 +117,9 @@ def measure(record: Record) -> Metrics:
         turning=_turning(record.robot_positions),
         human_turning=sum(_turning(people[:, i]) for i in range(people.shape[1])),
         status_counts={"certified": 0, "least_risk": 0, "stopped": 0} | Counter(record.status),
-        plan_median=_quantile(planning, 0.5),
-        plan_p95=_quantile(planning, 0.95),
-        plan_max=_quantile(planning, 1.0),
+        plan_median=median,
+        plan_p95=p95,
+        plan_max=most,
     )
 
 
@@ -202,16 +203,6 @@ def _turning(path: FloatArray) -> float:
         return 0.0
     chords = lengths(moves[1:] - moves[:-1])  # exact for small angles, where arccos is not
     return float((2 * np.arcsin(np.minimum(chords / 2, 1.0))).sum())
-
-
-def _quantile(ordered: FloatArray, share: float) -> float:
-    """Of values in rising order, between the two nearest where it falls between them; NaN of none."""
-    if not len(ordered):
-        return math.nan
-    place = share * (len(ordered) - 1)
-    low = int(place)
-    below, above = float(ordered[low]), float(ordered[min(low + 1, len(ordered) - 1)])
-    return below + (place - low) * (above - below)
 
 
 def _least(values: FloatArray) -> float:
