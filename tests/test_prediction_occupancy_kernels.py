@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import ncx2
 
-from sidestep._kernels import push, push_evenly, push_horizon, push_sections
+from sidestep._kernels import push, push_evenly, push_horizon, push_sections, push_walled
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.sweep_marks import WORD
 from sidestep.human.goals import DirectionGoal, PointGoal
@@ -91,7 +91,7 @@ def test_separable_moves(d: int) -> None:
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
-@pytest.mark.parametrize("kind", ["bits", "bits among walls", "sparing", "odds"])
+@pytest.mark.parametrize("kind", ["bits", "bits among walls", "odds"])
 def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Masses and mid-steps follow the same choices."""
     rng = np.random.default_rng(d)
@@ -104,7 +104,6 @@ def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> Non
     choice = rng.random((layers, cells, n)) < 0.3
     choice[1:] &= ~choice[:1]
     choice[0, ~choice.any(axis=(0, 2)), n // 2] = True
-    choice[0, -2:] = kind == "sparing"
     choice[0, -2:, 0] = True
     odds = rng.dirichlet(np.ones(n), cells) if kind == "odds" else np.zeros((0, 0))
     masks = (choice * (1 << np.arange(n))).sum(axis=2).astype(np.int64)
@@ -116,7 +115,7 @@ def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> Non
             share = odds[index, a] if kind == "odds" else choice[layer, index, a] / choice[:, index].sum()
             stands = np.prod([mixture[3 - d + i, u[i] + 1, v[i] + 1] for i in range(d)])
             total += 0.6 * share * (stands if layer == 0 else float(u == v))
-        return 0.0 if kind == "sparing" and choice[0, index].all() else total
+        return total
 
     expected = follow(mass, radius, d, 1, part)
     section, half = WIDTH ** (d - 1), 2 * radius + 1
@@ -131,7 +130,6 @@ def test_chosen_moves(d: int, kind: str, monkeypatch: pytest.MonkeyPatch) -> Non
         field, halves = mass.copy(), np.zeros(3 + (2 * half + 1) ** d)
         (compiled.py_func if plain else compiled)(
             field, 0, box_of(d, radius), CENTRE, *given, 0, radius, moves, 0.6, d, section, halves, 3, half,
-            *(() if kind == "odds" else (kind == "sparing",)),
         )  # fmt: skip
         np.testing.assert_allclose(dense(field, section, d), expected[0], atol=1e-14)
         np.testing.assert_allclose(halves[3:].reshape((2 * half + 1,) * d), expected[1], atol=1e-14)
@@ -155,15 +153,15 @@ def test_even_moves(d: int, reach: int, walls: bool, monkeypatch: pytest.MonkeyP
     whole = free.all(axis=1) if walls else np.ones(cells, bool)
     expected = follow(mass, radius, d, reach, lambda i, x, u: 0.7 * whole[i] / n)
     order = {u: a for a, u in enumerate(itertools.product(range(-reach, reach + 1), repeat=d))}
-    rest = follow(mass, radius, d, reach, lambda i, x, u: 0.7 * (not whole[i]) * free[i, order[u]] / free[i].sum())[1]
+    rest = follow(mass, radius, d, reach, lambda i, x, u: 0.7 * (not whole[i]) * free[i, order[u]] / free[i].sum())
     section, half = WIDTH ** (d - 1), 2 * radius + reach
     scratch, line = np.full((2, (2 * half + 1) ** d + section * WIDTH), np.nan), np.zeros(WIDTH + 4 * reach)
     dense_mass = dense(mass, 0, d)[(slice(CENTRE - radius, CENTRE + radius + 1),) * d].ravel()
     for plain in (False, True):
         if plain:
             as_python(monkeypatch, push_evenly, "all_admissible", "_read_row", "_sum_along", "_add_rows", "_sources")
-            as_python(monkeypatch, push_evenly, "_sum_every_other")
-            as_python(monkeypatch, push_evenly, "spread_midway", "spread_walled_midway", "spread_evenly")
+            as_python(monkeypatch, push_evenly, "_sum_every_other", "spread_midway", "spread_evenly")
+            as_python(monkeypatch, push_walled, "all_admissible", "_scatter", "spread_walled", "spread_walled_midway")
         field = mass.copy()
         push_evenly.spread_evenly(
             field, 0, box_of(d, radius), CENTRE, reach, d, 0.7, masks, radius, section, scratch, line
@@ -174,8 +172,11 @@ def test_even_moves(d: int, reach: int, walls: bool, monkeypatch: pytest.MonkeyP
         np.testing.assert_allclose(flat[cells:].reshape(expected[1].shape), expected[1], atol=1e-14)
         if walls:
             flat[cells:] = 0.0
-            push_evenly.spread_walled_midway(flat, 0, radius, reach, d, 0.7, masks, radius, cells)
-            np.testing.assert_allclose(flat[cells:].reshape(rest.shape), rest, atol=1e-14)
+            push_walled.spread_walled_midway(flat, 0, radius, reach, d, 0.7, masks, radius, cells)
+            np.testing.assert_allclose(flat[cells:].reshape(rest[1].shape), rest[1], atol=1e-14)
+            field = mass.copy()
+            push_walled.spread_walled(field, 0, box_of(d, radius), CENTRE, reach, d, 0.7, masks, radius, section)
+            np.testing.assert_allclose(dense(field, section, d), rest[0], atol=1e-14)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])

@@ -146,7 +146,6 @@ def push_choices(
     halves: FloatArray,
     half_start: int,
     half_radius: int,
-    sparing: bool,
 ) -> None:
     """Move `share` of the mass along chosen actions (see `sweep_choices`); a cell's choices share it evenly (Eq. 5).
 
@@ -168,7 +167,6 @@ def push_choices(
         halves: flat blocks; size 0: mid-steps are not wanted.
         half_start: where the block of these mid-steps begins.
         half_radius: of its box.
-        sparing: the mass of cells that choose every action stays behind.
     """
     rows, columns = row_count(centre, dimension), field.shape[1]
     c0, c1 = axis_radius(centre, dimension)
@@ -184,7 +182,7 @@ def push_choices(
             while i2 <= box[5]:
                 stop, chosen = _run(masks, cell + i2, cell + box[5] + 1)
                 length = stop - cell - i2
-                for word in range(0 if sparing and chosen == n else masks.shape[0]):
+                for word in range(masks.shape[0]):
                     bits = masks[word, cell + i2]
                     while bits != 0:
                         action = (n if word >= words else 0) + word % words * WORD + lowest_bit(bits)

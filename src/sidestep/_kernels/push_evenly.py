@@ -1,7 +1,8 @@
 """Mass that moves at random: evenly over all components of the action, one axis after another (Eq. 4).
 
 A box is (6,) cells from the anchor, first and last on each axis. Sections as in `push`; the mass at a half instant is a
-dense flat block, see `blocks`. Among walls only the cells from which every action is admissible are dealt with here.
+dense flat block, see `blocks`. Among walls only the cells from which every action is admissible are dealt with here,
+the others in `push_walled`.
 """
 
 from __future__ import annotations
@@ -9,20 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.push_walled import all_admissible, spread_walled_midway
 from sidestep._kernels.sweep import axis_radius, row_count
-from sidestep._kernels.sweep_marks import WORD
 from sidestep.types import FloatArray, IntArray
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def all_admissible(masks: IntArray, cell: int, actions: int) -> bool:
-    """Whether a cell's masks hold the bits of all actions."""
-    left = actions
-    for word in range(masks.shape[0]):
-        if left > 0 and masks[word, cell] != (np.int64(1) << np.int64(min(left, WORD))) - 1:
-            return False
-        left -= WORD
-    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -236,43 +226,6 @@ def spread_midway(
 def _sources(o: int, n: int, reach: int) -> tuple[int, int]:
     """First and last x of n cells with 2x + u = o for some 0 ≤ u ≤ 2·reach."""
     return max((o - 2 * reach + 1) // 2, 0), min(o // 2, n - 1)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def spread_walled_midway(
-    flat: FloatArray,
-    start: int,
-    radius: int,
-    reach: int,
-    dimension: int,
-    share: float,
-    masks: IntArray,
-    middle: int,
-    to_start: int,
-) -> None:
-    """Mid-steps from the cells that `spread_midway` leaves out; arguments as there."""
-    m0, m1 = axis_radius(middle, dimension)
-    b0, b1 = axis_radius(radius, dimension)
-    r0, r1 = axis_radius(reach, dimension)
-    count = 2 * reach + 1
-    h1, wide, actions = 4 * b1 + 2 * r1 + 1, 4 * radius + 2 * reach + 1, (2 * r0 + 1) * (2 * r1 + 1) * count
-    at = start
-    for i0 in range(2 * b0 + 1):
-        for i1 in range(2 * b1 + 1):
-            first = ((m0 - b0 + i0) * (2 * m1 + 1) + m1 - b1 + i1) * (2 * middle + 1) + middle - radius
-            for i2 in range(2 * radius + 1):
-                cell, mass = first + i2, flat[at]
-                at += 1
-                if mass == 0.0 or all_admissible(masks, cell, actions):
-                    continue
-                chosen = 0
-                for a in range(actions):
-                    chosen += masks[a // WORD, cell] >> (a % WORD) & 1
-                for a in range(actions):
-                    if masks[a // WORD, cell] >> (a % WORD) & 1:
-                        u0, u1, u2 = a // count // (2 * r1 + 1), a // count % (2 * r1 + 1), a % count
-                        to = ((2 * i0 + u0) * h1 + 2 * i1 + u1) * wide + 2 * i2 + u2
-                        flat[to_start + to] += share * mass / chosen
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

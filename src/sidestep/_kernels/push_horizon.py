@@ -10,6 +10,7 @@ from numba import njit
 from sidestep._kernels.push import Moves, list_moves, place_moves, push_choices, push_odds, push_separable
 from sidestep._kernels.push_evenly import spread_evenly
 from sidestep._kernels.push_sections import add_block, clear_box, cover, remove_contact, set_box
+from sidestep._kernels.push_walled import spread_walled
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_choices import Choices
 from sidestep.types import BoolArray, FloatArray, IntArray
@@ -43,7 +44,6 @@ class Conditions(NamedTuple):
         reach: largest action in cells.
         randomness: ω.
         walls: (words, cells) masks of the actions of a person among walls who acts at random; size 0 without any.
-        same: (3, T, T) identity.
         centre: anchor's index in sections of mass.
         middle: in tables.
         boxes: (N+1, 7) and
@@ -56,7 +56,6 @@ class Conditions(NamedTuple):
     reach: int
     randomness: float
     walls: IntArray
-    same: FloatArray
     centre: int
     middle: int
     boxes: IntArray
@@ -86,7 +85,6 @@ def _step(
     behaviour: Behaviour,
     given: Conditions,
     moves: Moves,
-    plain: Moves,
     k: int,
     box: IntArray,
     concerned: float,
@@ -108,10 +106,7 @@ def _step(
             field, section, box, centre, given.reach, d, share, walls, given.middle, to_section, scratch, line
         )
         if walls.size > 0:
-            push_choices(
-                field, section, box, centre, walls, walls.shape[0], 0, given.middle, plain, share, d, to_section,
-                halves[:0], half_start, half_radius, True,
-            )  # fmt: skip
+            spread_walled(field, section, box, centre, given.reach, d, share, walls, given.middle, to_section)
     for part in range(2):
         share = (1.0 - given.randomness) * (minding if part == 0 else 1.0 - minding)
         choices = behaviour.concerned if part == 0 else behaviour.undisturbed
@@ -130,7 +125,7 @@ def _step(
         else:
             push_choices(
                 field, section, box, centre, choices.masks, choices.words, choices.offsets[k], choices.radii[k], moves,
-                share, d, to_section, halves, half_start, half_radius, False,
+                share, d, to_section, halves, half_start, half_radius,
             )  # fmt: skip
 
 
@@ -139,7 +134,7 @@ def propagate(
     mixture: FloatArray, tables: FloatArray, used: FloatArray, differs: BoolArray, words: int,
     calm_radii: IntArray, calm_offsets: IntArray, calm_masks: IntArray, calm_odds: FloatArray,
     radii: IntArray, choice_offsets: IntArray, masks: IntArray, odds: FloatArray,
-    dimension: int, reach: int, randomness: float, walls: IntArray, same: FloatArray, centre: int, middle: int,
+    dimension: int, reach: int, randomness: float, walls: IntArray, centre: int, middle: int,
     boxes: IntArray, shares: FloatArray, offsets: IntArray, midway: bool,
     first: int, last: int, weight: float, concerned: float, field: FloatArray, scratch: FloatArray, line: FloatArray,
     lost: IntArray, blocks: FloatArray, contact: FloatArray, actions: FloatArray,
@@ -172,14 +167,13 @@ def propagate(
         Choices(radii, choice_offsets, words, masks, odds), differs,
     )  # fmt: skip
     given = Conditions(
-        dimension, reach, randomness, walls, same, centre, middle, boxes, shares, offsets, midway
+        dimension, reach, randomness, walls, centre, middle, boxes, shares, offsets, midway
     )  # fmt: skip
     d = dimension
     c0, c1 = axis_radius(centre, d)
     rows = (2 * c0 + 1) * row_count(centre, d)
     halves = blocks if given.midway else blocks[:0]
     moves = list_moves(behaviour.mixture, d)
-    plain = list_moves(given.same, d) if given.walls.size > 0 else moves
     here_box, box, lost_to = np.zeros(6, np.int64), np.zeros(6, np.int64), np.empty(6, np.int64)
     if first == 0:
         field[c0 * row_count(centre, d) + c1, centre] = weight
@@ -192,10 +186,8 @@ def propagate(
         set_box(here_box, reach * k, d)
         set_box(box, reach * (k + 1), d)
         place_moves(moves, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
-        if given.walls.size > 0:
-            place_moves(plain, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
         clear_box(field, there, box, centre, d)
-        _step(behaviour, given, moves, plain, k, here_box, concerned, field, here, there, halves, scratch, line)
+        _step(behaviour, given, moves, k, here_box, concerned, field, here, there, halves, scratch, line)
         if k == 0 and actions.size > 0:
             _read_actions(field, there, centre, reach, d, weight, actions)
         if blocks.size > 0:
@@ -207,7 +199,7 @@ def propagate(
         clear_box(field, 2 * rows + there, lost_to, centre, d)
         if lost[0] <= lost[1]:
             _step(
-                behaviour, given, moves, plain, k, lost, concerned, field, 2 * rows + here, 2 * rows + there,
+                behaviour, given, moves, k, lost, concerned, field, 2 * rows + here, 2 * rows + there,
                 halves[:0], scratch, line,
             )  # fmt: skip
         contact[k] += remove_contact(field, there, 2 * rows + there, centre, d, given.boxes, given.shares, k + 1)

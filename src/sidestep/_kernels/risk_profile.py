@@ -22,6 +22,8 @@ ACROSS = 161
 """Samples of s/(1 + s) in [0, 1]."""
 SAMPLES = 192
 """Samples of the mixture of one person at one instant."""
+FINE = 1e-3
+"""Of the radius: to within this the discs of a staircase are found."""
 STEPS = 6
 """Discs that stand for a narrow blob."""
 
@@ -241,8 +243,8 @@ def staircase(
         level = 0.05 * anchor if s == count - 1 else anchor ** ((s + 1.0) / (count - 1.0))
         if level >= top and s < count - 1:
             continue
-        low, high = 0.0, radius + TAIL * widest
-        for _ in range(14):
+        low, high = (0.0 if used == 0 else radii[used - 1]), radius + TAIL * widest
+        while high - low > FINE * radius:
             middle = 0.5 * (low + high)
             if mixture(middle, radius, weights, sigmas, table) > level:
                 low = middle

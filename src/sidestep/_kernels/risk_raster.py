@@ -50,16 +50,17 @@ def _add_ball(
             aside = first + n - c2
             square = rest - aside * aside
             half[n] = math.sqrt(square) if square >= 0.0 else -1.0
-        box[0] = min(box[0], i)
-        box[1] = max(box[1], i)
-        for k in range(first, last + 1):
-            h = half[k - first]
+        corner = i * (top + 2) * size[2] + first
+        for n in range(last - first + 1):
+            h = half[n]
             low, high = max(0, math.ceil(c1 - h)), min(top, math.floor(c1 + h))
-            if low <= high:
-                ends[(i * (size[1] + 1) + low) * size[2] + k] += mass
-                ends[(i * (size[1] + 1) + high + 1) * size[2] + k] -= mass
-                box[2] = min(box[2], low)
-                box[3] = max(box[3], high)
+            if low <= high:  # not so where `half` is −1
+                ends[corner + low * size[2] + n] += mass
+                ends[corner + (high + 1) * size[2] + n] -= mass
+    box[0] = min(box[0], max(0, math.ceil(c0 - reach)))
+    box[1] = max(box[1], min(size[0] - 1, math.floor(c0 + reach)))
+    box[2] = min(box[2], max(0, math.ceil(c1 - reach)))
+    box[3] = max(box[3], min(top, math.floor(c1 + reach)))
     box[4] = min(box[4], first)
     box[5] = max(box[5], last)
 
@@ -141,8 +142,12 @@ def _add_narrow(
     box = np.full(6, -1)
     box[0], box[2], box[4] = size[0], size[1], size[2]
     half = np.empty(size[2])
+    farthest = radii[used - 1] / spacing
     for n in range(masses.size):
         c0, c1, c2 = places[n, 0] - low[0], places[n, 1] - low[1], places[n, 2] - low[2]
+        off = max(-c0, c0 - size[0] + 1.0, -c1, c1 - size[1] + 1.0, -c2, c2 - size[2] + 1.0)
+        if off > farthest:
+            continue
         if masses[n] < HEAVY * limit:
             _add_ball(ends, c0, c1, c2, radius / spacing, masses[n] * whole, size, box, half)
             continue
@@ -200,7 +205,7 @@ def rasterise_all(
         most_coarse = max(most_coarse, coarse_boxes(low[b], size[b], active)[2][LEVELS])
     values = np.zeros(begin[blocks], np.float32)
     some = np.zeros(blocks, np.bool_)
-    ends, totals, part = np.zeros(most), np.zeros(most_coarse), np.zeros(most_coarse)
+    ends, totals = np.zeros(most), np.zeros(most_coarse)
     bounds = np.empty((2, 3))
     for b in range(1, blocks):
         if begin[b + 1] == begin[b]:
@@ -214,12 +219,11 @@ def rasterise_all(
                 continue
             places, mass = _places(cells[first:last], origin, spacing, bounds), masses[first:last]
             gap = spacing * _gap(bounds, low[b], size[b])
-            for level in range(1, LEVELS):
-                added = add_wide(
-                    level, places, mass, bounds, distances[person], weights[person], sigmas[person, b], gap, spacing,
-                    active, table, limit, lows[level], sizes[level], totals[at[level] : at[level + 1]], part,
-                )  # fmt: skip
-                smooth = smooth or added
+            added = add_wide(
+                places, mass, bounds, distances[person], weights[person], sigmas[person, b], gap, spacing, active,
+                table, limit, lows, sizes, at, totals,
+            )  # fmt: skip
+            smooth = smooth or added
             drawn = _add_narrow(
                 places, mass, distances[person], weights[person], sigmas[person, b], gap, spacing, low[b], size[b],
                 table, limit, ends, out,

@@ -41,12 +41,11 @@ def level_of(sigma: float, spacing: float) -> int:
 def _kernel(
     radius: float, weights: FloatArray, sigmas: FloatArray, h: float, active: IntArray, table: FloatArray, least: float
 ) -> FloatArray:
-    """Mixture of wide blobs, dilated by `radius`, on a lattice of spacing h out to where it falls to `least`."""
-    widest = 0.0
-    for c in range(sigmas.size):
-        if weights[c] > 0.0:
-            widest = max(widest, sigmas[c])
-    reach = radius + (FAR if least > FAR_SHARE else TAIL) * widest
+    """Mixture of wide blobs, dilated by `radius`, on a lattice of spacing h out to where it falls to `least`.
+
+    It is even along every axis: only what is not negative is written.
+    """
+    reach = _reach(radius, weights, sigmas, least)
     rings = np.empty(RINGS)
     for n in range(RINGS):
         rings[n] = reach * n / (RINGS - 1)
@@ -58,19 +57,26 @@ def _kernel(
     while last > 1 and curve[last - 1] < least:
         last -= 1
     r = int(rings[last] / h) + 1
-    by_square = np.zeros(3 * r * r + 1)  # cells equally far away have the same value
-    for q in range(r * r + 1):
-        t = h * math.sqrt(q) / reach * (RINGS - 1)
-        if t < last:
-            n = int(t)
-            by_square[q] = curve[n] + (t - n) * (curve[n + 1] - curve[n])
-    out = np.empty((2 * r * active[0] + 1, 2 * r * active[1] + 1, 2 * r * active[2] + 1))
+    out = np.zeros((r * active[0] + 1, r * active[1] + 1, r * active[2] + 1))
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            near = (i - r * active[0]) ** 2 + (j - r * active[1]) ** 2
             for k in range(out.shape[2]):
-                out[i, j, k] = by_square[near + (k - r * active[2]) ** 2]
+                t = math.sqrt(i * i + j * j + k * k) * h / reach * (RINGS - 1)
+                if t >= last:
+                    break
+                n = int(t)
+                out[i, j, k] = curve[n] + (t - n) * (curve[n + 1] - curve[n])
     return out
+
+
+@njit(cache=True, error_model="numpy")
+def _reach(radius: float, weights: FloatArray, sigmas: FloatArray, least: float) -> float:
+    """How far the mixture is looked at, m."""
+    widest = 0.0
+    for c in range(sigmas.size):
+        if weights[c] > 0.0:
+            widest = max(widest, sigmas[c])
+    return radius + (FAR if least > FAR_SHARE else TAIL) * widest
 
 
 @njit(cache=True, error_model="numpy")
@@ -94,30 +100,97 @@ def _share_out(
 
 
 @njit(cache=True, error_model="numpy")
-def _blur(
-    source: FloatArray, source_low: IntArray, kernel: FloatArray, out: FloatArray, low: IntArray, size: IntArray
-) -> None:
-    """Add source ⊗ kernel to `out` (flat, over the box `low`, `size`); the kernel is centred."""
-    r0, r1, r2 = (kernel.shape[0] - 1) // 2, (kernel.shape[1] - 1) // 2, (kernel.shape[2] - 1) // 2
-    for i in range(source.shape[0]):
-        x = i + source_low[0] - low[0]
-        for j in range(source.shape[1]):
-            y = j + source_low[1] - low[1]
-            for k in range(source.shape[2]):
-                mass = source[i, j, k]
+def _coarsen(fine: FloatArray, low: IntArray, active: IntArray) -> tuple[FloatArray, IntArray]:
+    """What `_share_out` would have given on a lattice of twice the spacing, and its lowest cell.
+
+    Shares that fall off linearly are themselves sums of such shares on the finer lattice: ½, 1, ½.
+    """
+    first, count = np.zeros(3, np.int64), np.ones(3, np.int64)
+    for a in range(3):
+        if active[a]:
+            first[a] = low[a] >> 1
+            count[a] = ((low[a] + fine.shape[a]) >> 1) - first[a] + 1
+    out = np.zeros((count[0], count[1], count[2]))
+    for i in range(fine.shape[0]):
+        x = i + low[0]
+        for j in range(fine.shape[1]):
+            y = j + low[1]
+            for k in range(fine.shape[2]):
+                mass = fine[i, j, k]
                 if mass == 0.0:
                     continue
-                z = k + source_low[2] - low[2]
-                first, last = max(0, z - r2), min(size[2], z + r2 + 1)
-                if first >= last:
-                    continue
-                for a in range(max(0, x - r0), min(size[0], x + r0 + 1)):
-                    for b in range(max(0, y - r1), min(size[1], y + r1 + 1)):
-                        at = (a * size[1] + b) * size[2]
-                        row = out[at + first : at + last]
-                        weight = kernel[a - x + r0, b - y + r1, first - z + r2 : last - z + r2]
-                        for c in range(np.uintp(row.size)):
-                            row[c] += mass * weight[c]
+                z = k + low[2]
+                part = mass / ((1 + (x & 1)) * (1 + (y & 1)) * (1 + (z & 1)))
+                for p in range((x >> 1) - first[0], ((x + 1) >> 1) - first[0] + 1):
+                    for q in range((y >> 1) - first[1], ((y + 1) >> 1) - first[1] + 1):
+                        for r in range((z >> 1) - first[2], ((z + 1) >> 1) - first[2] + 1):
+                            out[p, q, r] += part
+    return out, first
+
+
+@njit(cache=True, error_model="numpy")
+def _gather(source: FloatArray, i: int, j: int, shift: int, line: FloatArray) -> bool:
+    """line[c] += source[i, j, c + shift], where there is such a row; True if there is."""
+    if i < 0 or j < 0 or i >= source.shape[0] or j >= source.shape[1]:
+        return False
+    first, last = max(0, -shift), min(line.size, source.shape[2] - shift)
+    if first >= last:
+        return False
+    row, target = source[i, j, first + shift : last + shift], line[first:last]
+    for c in range(np.uintp(row.size)):
+        target[c] += row[c]
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def _blur(
+    source: FloatArray, source_low: IntArray, kernel: FloatArray, total: FloatArray, low: IntArray, size: IntArray
+) -> None:
+    """Unite `total` (flat, over the box `low`, `size`) with source ⊗ kernel.
+
+    The kernel is even, so the rows (and then the cells) on either side are added before they are weighed.
+    """
+    r0, r1, r2 = kernel.shape[0] - 1, kernel.shape[1] - 1, kernel.shape[2] - 1
+    shift = low[2] - r2 - source_low[2]
+    line, sums = np.empty(size[2] + 2 * r2), np.empty(size[2])
+    for a in range(size[0]):
+        i = a + low[0] - source_low[0]
+        for b in range(size[1]):
+            j = b + low[1] - source_low[1]
+            sums[:] = 0.0
+            for u in range(r0 + 1):
+                for v in range(r1 + 1):
+                    if kernel[u, v, 0] == 0.0:
+                        break
+                    line[:] = 0.0
+                    some = _gather(source, i + u, j + v, shift, line)
+                    if u > 0:
+                        some |= _gather(source, i - u, j + v, shift, line)
+                    if v > 0:
+                        some |= _gather(source, i + u, j - v, shift, line)
+                    if u > 0 and v > 0:
+                        some |= _gather(source, i - u, j - v, shift, line)
+                    if some:
+                        _weigh(line, kernel[u, v], sums)
+            row = total[(a * size[1] + b) * size[2] : (a * size[1] + b + 1) * size[2]]
+            for c in range(np.uintp(row.size)):
+                p = min(sums[c], 1.0)
+                row[c] += p - row[c] * p
+
+
+@njit(cache=True, error_model="numpy")
+def _weigh(line: FloatArray, kernel: FloatArray, sums: FloatArray) -> None:
+    """sums[c] += kernel[0]·line[c + r] + Σ_w kernel[w]·(line[c + r − w] + line[c + r + w]), r = kernel.size − 1."""
+    r = np.uintp(kernel.size - 1)
+    for c in range(np.uintp(sums.size)):
+        sums[c] += kernel[0] * line[c + r]
+    for w in range(np.uintp(1), r + np.uintp(1)):
+        weight = kernel[w]
+        if weight == 0.0:
+            return
+        left, right = r - w, r + w
+        for c in range(np.uintp(sums.size)):
+            sums[c] += weight * (line[c + left] + line[c + right])
 
 
 @njit(cache=True, error_model="numpy")
@@ -141,7 +214,6 @@ def coarse_boxes(low: IntArray, size: IntArray, active: IntArray) -> tuple[IntAr
 
 @njit(cache=True, error_model="numpy")
 def add_wide(
-    level: int,
     places: FloatArray,
     masses: FloatArray,
     bounds: FloatArray,
@@ -153,18 +225,17 @@ def add_wide(
     active: IntArray,
     table: FloatArray,
     limit: float,
-    low: IntArray,
-    size: IntArray,
-    total: FloatArray,
-    part: FloatArray,
+    lows: IntArray,
+    sizes: IntArray,
+    starts: IntArray,
+    totals: FloatArray,
 ) -> bool:
-    """Unite `total`, over a box of a level, with those blobs of one person that belong to it.
+    """Unite the totals of every level with those blobs of one person that belong to it.
 
     The levels of one person are united as if they were different people; the difference is their product, which is
     nothing at the scale of the limit.
 
     Args:
-        level: 1, 2 or 3.
         places: (M, 3) robot cells from the robot, where the mass is.
         masses: (M,).
         bounds: (2, 3) lowest and highest of the places.
@@ -176,40 +247,44 @@ def add_wide(
         active: (3,).
         table: of `blob_table`.
         limit: risk limit.
-        low: (3,) lowest cell of the box.
-        size: (3,) its cells.
-        total: flat, over the box.
-        part: zeros, at least as many; left as zeros.
+        lows, sizes, starts: of `coarse_boxes`.
+        totals: flat.
 
     Returns:
         True if anything was added.
     """
     least = LEAST * limit
-    chosen = np.zeros(weights.size)
-    nearest = 0.0
+    chosen, nearest = np.zeros((LEVELS, weights.size)), np.zeros(LEVELS)
     for c in range(weights.size):
-        if weights[c] > 0.0 and level_of(sigmas[c], spacing) == level:
-            chosen[c] = weights[c]
-            nearest += weights[c] * blob(gap, radius, sigmas[c], table)
-    if nearest < least:
+        level = level_of(sigmas[c], spacing)
+        if level > 0 and weights[c] > 0.0:
+            chosen[level, c] = weights[c]
+            nearest[level] += weights[c] * blob(gap, radius, sigmas[c], table)
+    finest, coarsest, reach = LEVELS, 0, 0.0
+    for level in range(1, LEVELS):
+        if nearest[level] >= least:
+            finest, coarsest = min(finest, level), level
+            reach = max(reach, _reach(radius, chosen[level], sigmas, least))
+    if coarsest == 0:
         return False
-    kernel = _kernel(radius, chosen, sigmas, spacing * 2**level, active, table, least)
-    scale = 1.0 / 2**level
-    r = (kernel.shape[2] - 1) // 2
-    first, last = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    scale = 1.0 / 2**finest
+    margin = int(reach * scale / spacing) + 2 ** (coarsest - finest + 2)  # cells of what the coarsest box is read from
+    low, count = np.zeros(3, np.int64), np.ones(3, np.int64)
     for a in range(3):
         if active[a]:
-            first[a] = max(math.floor(bounds[0, a] * scale), low[a] - r)
-            last[a] = min(math.floor(bounds[1, a] * scale) + 1, low[a] + size[a] - 1 + r)
-            if last[a] < first[a]:
+            low[a] = max(math.floor(bounds[0, a] * scale), lows[finest, a] - margin)
+            last = min(math.floor(bounds[1, a] * scale) + 1, lows[finest, a] + sizes[finest, a] - 1 + margin)
+            if last < low[a]:
                 return False
-    source = np.zeros((last[0] - first[0] + 1, last[1] - first[1] + 1, last[2] - first[2] + 1))
-    _share_out(places, masses, scale, active, first, source)
-    _blur(source, first, kernel, part, low, size)
-    for n in range(np.uintp(total.size)):
-        p = min(part[n], 1.0)
-        total[n] += p - total[n] * p
-        part[n] = 0.0
+            count[a] = last - low[a] + 1
+    source = np.zeros((count[0], count[1], count[2]))
+    _share_out(places, masses, scale, active, low, source)
+    for level in range(finest, coarsest + 1):
+        if level > finest:
+            source, low = _coarsen(source, low, active)
+        if nearest[level] >= least:
+            kernel = _kernel(radius, chosen[level], sigmas, spacing * 2**level, active, table, least)
+            _blur(source, low, kernel, totals[starts[level] : starts[level + 1]], lows[level], sizes[level])
     return True
 
 

@@ -102,7 +102,6 @@ class Constants:
     scratch: FloatArray
     line: FloatArray
     lost: IntArray
-    same: FloatArray
     nowhere: Results
     shares: FloatArray
     offsets: IntArray
@@ -115,7 +114,6 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
     rows, columns = row_shape(2 * reach * horizon + 1, dimension)
     few, wide = 2 * reach * (horizon - 1) + 1, 2 * reach * (2 * horizon - 1) + 1
     room = max(rows * columns, few ** min(dimension - 1, 1) * wide ** max(dimension - 1, 1))
-    count = 2 * reach + 1
     radii = [reach * (b if b % 2 else b // 2) for b in range(2 * horizon + 1)]
     sizes = [(2 * r + 1) ** dimension for r in radii]
     return Constants(
@@ -123,7 +121,6 @@ def _constants(reach: int, horizon: int, dimension: int) -> Constants:
         scratch=np.zeros((2, room)),
         line=np.zeros(columns + 4 * reach),
         lost=np.zeros(6, np.int64),
-        same=np.repeat(np.eye(count)[None], 3, axis=0),
         nowhere=Results(blocks=np.zeros(0), contact=np.zeros(1)),
         shares=np.empty(sum((2 * reach * k + 1) ** dimension for k in range(1, horizon + 1))),
         offsets=np.cumsum(np.array([0, *sizes]), dtype=np.int64),
@@ -336,7 +333,6 @@ def _conditions(
         reach=reach,
         randomness=float(randomness),
         walls=constants.nobody.masks if walls is None else admissible_actions(grid, walls, horizon).masks,
-        same=constants.same,
         centre=reach * horizon,
         middle=middle,
         boxes=boxes,
