@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from sidestep._kernels.risk_profile import TAIL, add_class, blob
 from sidestep.types import FloatArray, IntArray
 
+Singles = NDArray[np.float32]
+
 LEVELS = 4
 """The robot's lattice itself, and three coarser ones."""
 WIDE = 0.7
@@ -40,7 +42,7 @@ def level_of(sigma: float, spacing: float) -> int:
 @njit(cache=True, error_model="numpy")
 def _kernel(
     radius: float, weights: FloatArray, sigmas: FloatArray, h: float, active: IntArray, table: FloatArray, least: float
-) -> FloatArray:
+) -> Singles:
     """Mixture of wide blobs, dilated by `radius`, on a lattice of spacing h out to where it falls to `least`.
 
     It is even along every axis: only what is not negative is written.
@@ -57,7 +59,7 @@ def _kernel(
     while last > 1 and curve[last - 1] < least:
         last -= 1
     r = int(rings[last] / h) + 1
-    out = np.zeros((r * active[0] + 1, r * active[1] + 1, r * active[2] + 1))
+    out = np.zeros((r * active[0] + 1, r * active[1] + 1, r * active[2] + 1), np.float32)
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             for k in range(out.shape[2]):
@@ -129,57 +131,19 @@ def _coarsen(fine: FloatArray, low: IntArray, active: IntArray) -> tuple[FloatAr
 
 
 @njit(cache=True, error_model="numpy")
-def _gather(source: FloatArray, i: int, j: int, shift: int, line: FloatArray) -> bool:
+def _gather(source: FloatArray, i: int, j: int, shift: int, line: Singles) -> bool:
     """line[c] += source[i, j, c + shift], where there is such a row; True if there is."""
     if i < 0 or j < 0 or i >= source.shape[0] or j >= source.shape[1]:
         return False
     first, last = max(0, -shift), min(line.size, source.shape[2] - shift)
-    if first >= last:
-        return False
     row, target = source[i, j, first + shift : last + shift], line[first:last]
     for c in range(np.uintp(row.size)):
-        target[c] += row[c]
+        target[c] += np.float32(row[c])
     return True
 
 
 @njit(cache=True, error_model="numpy")
-def _blur(
-    source: FloatArray, source_low: IntArray, kernel: FloatArray, total: FloatArray, low: IntArray, size: IntArray
-) -> None:
-    """Unite `total` (flat, over the box `low`, `size`) with source ⊗ kernel.
-
-    The kernel is even, so the rows (and then the cells) on either side are added before they are weighed.
-    """
-    r0, r1, r2 = kernel.shape[0] - 1, kernel.shape[1] - 1, kernel.shape[2] - 1
-    shift = low[2] - r2 - source_low[2]
-    line, sums = np.empty(size[2] + 2 * r2), np.empty(size[2])
-    for a in range(size[0]):
-        i = a + low[0] - source_low[0]
-        for b in range(size[1]):
-            j = b + low[1] - source_low[1]
-            sums[:] = 0.0
-            for u in range(r0 + 1):
-                for v in range(r1 + 1):
-                    if kernel[u, v, 0] == 0.0:
-                        break
-                    line[:] = 0.0
-                    some = _gather(source, i + u, j + v, shift, line)
-                    if u > 0:
-                        some |= _gather(source, i - u, j + v, shift, line)
-                    if v > 0:
-                        some |= _gather(source, i + u, j - v, shift, line)
-                    if u > 0 and v > 0:
-                        some |= _gather(source, i - u, j - v, shift, line)
-                    if some:
-                        _weigh(line, kernel[u, v], sums)
-            row = total[(a * size[1] + b) * size[2] : (a * size[1] + b + 1) * size[2]]
-            for c in range(np.uintp(row.size)):
-                p = min(sums[c], 1.0)
-                row[c] += p - row[c] * p
-
-
-@njit(cache=True, error_model="numpy")
-def _weigh(line: FloatArray, kernel: FloatArray, sums: FloatArray) -> None:
+def _weigh(line: Singles, kernel: Singles, sums: Singles) -> None:
     """sums[c] += kernel[0]·line[c + r] + Σ_w kernel[w]·(line[c + r − w] + line[c + r + w]), r = kernel.size − 1."""
     r = np.uintp(kernel.size - 1)
     for c in range(np.uintp(sums.size)):
@@ -191,6 +155,51 @@ def _weigh(line: FloatArray, kernel: FloatArray, sums: FloatArray) -> None:
         left, right = r - w, r + w
         for c in range(np.uintp(sums.size)):
             sums[c] += weight * (line[c + left] + line[c + right])
+
+
+@njit(cache=True, error_model="numpy")
+def _blur(
+    source: FloatArray, source_low: IntArray, kernel: Singles, total: FloatArray, low: IntArray, size: IntArray
+) -> None:
+    """Unite `total` (flat, over the box `low`, `size`) with source ⊗ kernel, where the kernel reaches.
+
+    The kernel is even, so the rows (and then the cells) on either side are added before they are weighed.
+    """
+    r0, r1, r2 = kernel.shape[0] - 1, kernel.shape[1] - 1, kernel.shape[2] - 1
+    first = max(0, source_low[2] - r2 - low[2])
+    last = min(size[2], source_low[2] + source.shape[2] + r2 - low[2])
+    if first >= last:
+        return
+    shift = first + low[2] - r2 - source_low[2]
+    line, sums = np.empty(last - first + 2 * r2, np.float32), np.empty(last - first, np.float32)
+    for a in range(size[0]):
+        i = a + low[0] - source_low[0]
+        if i < -r0 or i >= source.shape[0] + r0:
+            continue
+        for b in range(size[1]):
+            j = b + low[1] - source_low[1]
+            if j < -r1 or j >= source.shape[1] + r1:
+                continue
+            sums[:] = np.float32(0.0)
+            for u in range(r0 + 1):
+                for v in range(r1 + 1):
+                    if kernel[u, v, 0] == 0.0:
+                        break
+                    line[:] = np.float32(0.0)
+                    some = _gather(source, i + u, j + v, shift, line)
+                    if u > 0:
+                        some |= _gather(source, i - u, j + v, shift, line)
+                    if v > 0:
+                        some |= _gather(source, i + u, j - v, shift, line)
+                    if u > 0 and v > 0:
+                        some |= _gather(source, i - u, j - v, shift, line)
+                    if some:
+                        _weigh(line, kernel[u, v], sums)
+            start = (a * size[1] + b) * size[2]
+            row = total[start + first : start + last]
+            for c in range(np.uintp(row.size)):
+                p = min(sums[c], np.float32(1.0))
+                row[c] += p - row[c] * p
 
 
 @njit(cache=True, error_model="numpy")
