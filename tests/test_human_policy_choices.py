@@ -14,6 +14,7 @@ from sidestep._kernels.sweep_choices import Choices
 from sidestep._kernels.sweep_marks import WORD
 from sidestep.human.cost import CostGrid, danger_terms
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal
+from sidestep.human.intent import intent_of
 from sidestep.human.model import HumanModel
 from sidestep.human.policy import (
     GoalPolicy,
@@ -41,15 +42,16 @@ def laid_out(
         dtype=np.float32 if single else np.float64,
     )  # fmt: skip
     danger = danger_terms(model, path[: max(horizon + 1, horizon + lead * steps)], grid, horizon, lead)
-    return policy_of(model, goal, grid, danger, embedded_free(free, grid), reach * (horizon - 1))
+    intent = intent_of(model, goal, grid, embedded_free(free, grid), reach * (horizon - 1))
+    return policy_of(intent, danger)
 
 
 def chosen(policy: GoalPolicy, horizon: int, lead: int = 1, everything: bool = True) -> Choices:
-    reach, d = policy.grid.reach, policy.grid.dimension
+    reach, d = policy.intent.grid.reach, policy.intent.grid.dimension
     words = words_of(reach, d)
-    choices = boxes([reach * k for k in range(horizon)], d, words, policy.layers * words)
+    choices = boxes([reach * k for k in range(horizon)], d, words, policy.intent.layers * words)
     wanted = np.ones(horizon, np.bool_) if everything else policy.differs
-    policy.sweep(True, 0, horizon, lead, wanted, value_scratch(policy.grid), choices)
+    policy.sweep(True, 0, horizon, lead, wanted, value_scratch(policy.intent.grid), choices)
     return choices
 
 
@@ -142,11 +144,12 @@ def test_compiled_and_plain_choices_agree(
                 monkeypatch.setattr(module, name, getattr(module, name).py_func)
         words, cells = words_of(1, d), 1 + 3**d
         odds = np.zeros((3**d, cells)) if np.isfinite(rationality) else np.zeros((0, 0))
-        choices = boxes([0, 1], d, words, policy.layers * words)._replace(odds=odds)
+        choices = boxes([0, 1], d, words, policy.intent.layers * words)._replace(odds=odds)
         kernel = sweep_choices.choose.py_func if plain else sweep_choices.choose
+        intent = policy.intent
         kernel(
-            *policy.costs, policy.actions.taps, True, 1, 0, 2, np.ones(2, np.bool_), policy.grid.centre, d, 1e-6,
-            rationality, policy.free, policy.actions.mixture, *value_scratch(policy.grid), *choices,
+            *policy.costs, intent.actions.taps, True, 1, 0, 2, np.ones(2, np.bool_), intent.grid.centre, d, 1e-6,
+            rationality, intent.free, intent.actions.mixture, *value_scratch(intent.grid), *choices,
         )  # fmt: skip
         results.append(choices)
     if np.isinf(rationality):

@@ -14,7 +14,8 @@ from sidestep.lazily import lazy
 from sidestep.minds import Mind
 from sidestep.obstacles import Obstacles
 from sidestep.prediction.collision import PersonMass
-from sidestep.prediction.occupancy import Prediction, Removal, Workspace, frame_of, predict
+from sidestep.prediction.ground import Ground
+from sidestep.prediction.occupancy import Prediction, Removal, Workspace, frame_of, predict_on
 from sidestep.types import BoolArray, FloatArray, Path
 
 NEAR_MARGIN = 0.05
@@ -125,6 +126,12 @@ class Subject:
             return None
         return profiles(self.clearance, *self.spread, blob_table(self.mind.position.size))
 
+    @lazy
+    def ground(self) -> Ground:
+        """Cells, walls and goals, the same for all predictions of this person at this time."""
+        mind, around = self.mind, self.around
+        return Ground.of(mind.model, self.lattice, mind.goals, around.horizon, around.time_step, self.free)
+
     def matters(self, start: FloatArray) -> bool:
         """Return whether the person can come within clearance of the robot at all during the horizon.
 
@@ -139,16 +146,11 @@ class Subject:
 
     def predicted(self, path: Path, workspace: Workspace) -> Prediction:
         """Predict the person, the robot moving along `path` ((≥ N + M + 1, d) m)."""
-        return predict(
-            model=self.mind.model,
-            lattice=self.lattice,
-            goals=self.mind.goals,
+        return predict_on(
+            self.ground,
             weights=self.mind.belief.weights,
             robot_path=path,
-            horizon=self.around.horizon,
-            time_step=self.around.time_step,
             removal=self.removal,
-            free=self.free,
             randomness=self.randomness,
             midway=self.around.midway,
             workspace=workspace,

@@ -78,7 +78,7 @@ def spread_walled(
             at = (section + (c0 + i0) * rows + c1 + i1) * columns + centre
             first = ((m0 + i0) * (2 * m1 + 1) + m1 + i1) * (2 * middle + 1) + middle
             for i2 in range(box[4], box[5] + 1):
-                mass = flat[at + i2]
+                mass = float(flat[at + i2])
                 if mass != 0.0 and not all_admissible(masks, first + i2, actions):
                     _scatter(
                         share * mass, masks, first + i2, reach, dimension, flat, at + shift + i2, columns,

@@ -10,8 +10,9 @@ from sidestep._kernels import decide as kernel
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import CostGrid, danger_law, per_axis
 from sidestep.human.goals import Goal, PointGoal
+from sidestep.human.intent import EVERYWHERE
 from sidestep.human.model import HumanModel
-from sidestep.human.policy import EVERYWHERE, action_values, embedded_free, look_ahead
+from sidestep.human.policy import action_values, embedded_free, look_ahead
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray, Path
 

@@ -14,35 +14,24 @@ itself: then Eq. 5's Boltzmann form is kept as it is.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from sidestep._kernels.frames import local
 from sidestep._kernels.sweep import CostTables, Values, sweep
 from sidestep._kernels.sweep_choices import Choices, ValueScratch, choose, mark_admissible
 from sidestep._kernels.sweep_marks import WORD
-from sidestep._kernels.sweep_tables import axis_policies, slowing_policies
 from sidestep.errors import InvalidInput
-from sidestep.human.cost import (
-    TIE,
-    ActionTerms,
-    CostGrid,
-    DangerTerms,
-    action_terms,
-    danger_terms,
-    goal_terms,
-)
-from sidestep.human.goals import DirectionGoal, Goal, SlowingGoal, StandGoal
+from sidestep.human.cost import TIE, CostGrid, DangerTerms, action_terms, danger_terms, goal_terms
+from sidestep.human.goals import Goal, SlowingGoal, StandGoal
+from sidestep.human.intent import Intent
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray
 
-EVERYWHERE = np.zeros((0, 0), np.bool_)  # no walls
-_NOTHING_USED = np.zeros(0)
+_ONCE = np.ones(1, np.bool_)
 
 
 def look_ahead(model: HumanModel, horizon: int) -> tuple[int, int]:
@@ -53,115 +42,61 @@ def look_ahead(model: HumanModel, horizon: int) -> tuple[int, int]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalPolicy:
-    """What a person with one goal would do, ready to be swept.
+    """What a person with one goal would do near the robot, ready to be swept.
 
     Attributes:
-        grid: cells and stages.
-        costs: stage costs on it.
-        actions: costs of actions.
-        tables: (3·T, 2·radius + 1) P_d of the undisturbed person per axis where it is separable; size 0 where it is
-            not.
-        used: (3·T,) 0 where a row of `tables` is all zero.
+        intent: the goal; costs: of its stages, the danger's with them.
         differs: (N,) False where the danger provably changes no action of policy k.
-        free: grid.shape, or size 0.
-        rationality: of Eq. 5.
     """
 
-    grid: CostGrid
+    intent: Intent
     costs: CostTables
-    actions: ActionTerms
-    tables: FloatArray
-    used: FloatArray
     differs: BoolArray
-    free: BoolArray
-    rationality: float
-
-    @property
-    def layers(self) -> int:
-        """How often masks must hold all actions: twice where mixtures may lead into walls."""
-        if self.free.size == 0:
-            return 1
-        return 1 if np.all(np.diagonal(self.actions.mixture, axis1=1, axis2=2) == 1.0) else 2
 
     def sweep(
         self, danger: bool, first: int, last: int, lead: int, wanted: BoolArray, scratch: ValueScratch, choices: Choices
     ) -> None:
         """Write the choices of the policies first ≤ k < last that are `wanted`, with the danger term or without."""
-        choose(
-            *self.costs, self.actions.taps, danger, lead, first, last, wanted, self.grid.centre, self.grid.dimension,
-            self.grid.tolerance, self.rationality, self.free, self.actions.mixture, *scratch, *choices,
-        )  # fmt: skip
+        _sweep(self.intent, self.costs, danger, lead, first, last, wanted, scratch, choices)
 
 
-def policy_of(
-    model: HumanModel,
-    goal: Goal,
-    grid: CostGrid,
-    danger: DangerTerms,
-    free: BoolArray | None,
-    radius: int,
-) -> GoalPolicy:
-    """Lay out everything that a sweep for one goal needs.
-
-    Args:
-        model: how the person decides.
-        goal: what they are heading for.
-        grid: cells and stages.
-        danger: from `danger_terms`.
-        free: grid.shape, or None.
-        radius: cells a person can be in when they choose.
-    """
-    swept = goal.held(grid.steps * grid.time_step) if isinstance(goal, SlowingGoal) else goal
-    actions = action_terms(model, swept, grid, 2 * radius + 1)
-    axes, table = goal_terms(model, swept, grid, free)
-    differs = danger.bounds > _negligible(grid, actions, axes, table)
-    if isinstance(goal, StandGoal | SlowingGoal):
-        differs = np.zeros(len(differs), np.bool_)
-    elif actions.margin > 0 and free is None:
+def policy_of(intent: Intent, danger: DangerTerms) -> GoalPolicy:
+    """Return what somebody with this intent does under the `danger` (from `danger_terms`)."""
+    grid, actions = intent.grid, intent.actions
+    if intent.heedless:
+        differs = np.zeros(len(danger.bounds), np.bool_)
+    elif actions.margin > 0 and intent.free.size == 0:
         # Danger ≥ 0: the undisturbed choice costs at most the bound more, every other at least the margin more than
         # it did.
         differs = danger.bounds >= actions.margin - 10 * grid.tolerance * (actions.cheapest + actions.margin)
-    tables = _undisturbed_tables(model, goal, grid, actions, axes, table, radius)
-    return GoalPolicy(
-        grid=grid,
-        costs=CostTables(axes, table, danger.axes, danger.table),
-        actions=actions,
-        tables=tables,
-        used=tables.max(axis=1) if tables.size > 0 else _NOTHING_USED,
-        differs=differs,
-        free=EVERYWHERE if free is None else free,
-        rationality=float(model.rationality),
-    )
+    else:
+        differs = danger.bounds > intent.negligible
+    costs = CostTables(intent.axes, intent.table, danger.axes, danger.table)
+    return GoalPolicy(intent=intent, costs=costs, differs=differs)
 
 
-def _negligible(grid: CostGrid, actions: ActionTerms, axes: Values, table: Values) -> float:
-    """Danger on a whole walk that breaks no tie: a tenth of the width of one, of what a person at the anchor pays."""
-    rows, columns = grid.shape
-    here = float(axes[:, grid.centre].sum()) if table.size == 0 else float(table[rows // 2, columns // 2])
-    paid = actions.cheapest + (0.5 * here * grid.steps if math.isfinite(here) else 0.0)
-    return max(0.1 * grid.tolerance * paid, 1e-12)
+def undisturbed(intent: Intent, radius: int, scratch: ValueScratch, choices: Choices) -> None:
+    """Write the choices of whoever does not mind the robot, on the box of this radius; the same at every instant."""
+    nothing = np.ones((3, 1), intent.grid.dtype), np.zeros((0, 0), intent.grid.dtype)
+    _sweep(intent, CostTables(intent.axes, intent.table, *nothing), False, 0, 0, 1, _ONCE, scratch, choices)
 
 
-def _undisturbed_tables(
-    model: HumanModel, goal: Goal, grid: CostGrid, actions: ActionTerms, axes: Values, table: Values, radius: int
-) -> FloatArray:
-    if isinstance(goal, StandGoal):
-        tables = np.zeros_like(actions.tables)
-        tables[grid.reach :: 2 * grid.reach + 1] = 1.0
-        return tables
-    if table.size > 0:
-        return actions.tables[:0]
-    if isinstance(goal, DirectionGoal):
-        return actions.tables
-    if isinstance(goal, SlowingGoal):
-        tables = np.empty_like(actions.tables)
-        pace = local(goal.velocity, np.zeros(grid.dimension), grid.lattice.rotation) / grid.speed
-        slowing_policies(pace, goal.time / grid.time_step, radius, grid.reach, tables)
-        return tables
-    tables = np.zeros_like(actions.tables)
-    axes, taps = axes.astype(np.float64, copy=False), actions.taps.astype(np.float64, copy=False)
-    axis_policies(axes, taps, radius, grid.centre, grid.dimension, TIE, float(model.rationality), tables)
-    return tables
+def _sweep(
+    intent: Intent,
+    costs: CostTables,
+    danger: bool,
+    lead: int,
+    first: int,
+    last: int,
+    wanted: BoolArray,
+    scratch: ValueScratch,
+    choices: Choices,
+) -> None:
+    grid = intent.grid
+    choose(
+        *costs, intent.actions.taps, danger, lead, first, last, wanted, grid.centre, grid.dimension, grid.tolerance,
+        intent.rationality, intent.free, intent.actions.mixture, *scratch, *choices,
+    )  # fmt: skip
 
 
 def words_of(reach: int, dimension: int) -> int:

@@ -30,7 +30,9 @@ from sidestep.human.actions import ActionSet
 from sidestep.human.goals import Goal
 from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice, heading_rotation
-from sidestep.prediction.propagation import Removal, Results, Scene, Workspace
+from sidestep.prediction.ground import Ground
+from sidestep.prediction.propagation import Removal, Scene
+from sidestep.prediction.workspace import Results, Workspace
 from sidestep.types import BoolArray, FloatArray, IntArray, VectorLike, sealed
 
 UNFOLLOWED = 1e-9
@@ -174,13 +176,37 @@ def predict(
     Raises:
         InvalidInput: shapes that do not fit.
     """
-    joint = np.asarray(weights, dtype=np.float64)
+    return predict_on(
+        Ground.of(model, lattice, goals, horizon, time_step, free, dtype),
+        weights=weights,
+        robot_path=robot_path,
+        removal=removal,
+        randomness=randomness,
+        midway=midway,
+        keep_hypotheses=keep_hypotheses,
+        workspace=workspace,
+        others=others,
+    )
+
+
+def predict_on(
+    ground: Ground,
+    *,
+    weights: FloatArray | Sequence[Sequence[float]],
+    robot_path: FloatArray,
+    removal: Removal | None = None,
+    randomness: float | None = None,
+    midway: bool = False,
+    keep_hypotheses: bool = False,
+    workspace: Workspace | None = None,
+    others: FloatArray | None = None,
+) -> Prediction:
+    """Predict as `predict` does, on what was laid out for the person before; arguments as there."""
+    joint, goals = np.asarray(weights, dtype=np.float64), ground.intents
     if joint.shape != (len(goals), 2):
         raise InvalidInput("weights", joint.shape, f"({len(goals)}, 2)")
-    scene = Scene.of(
-        model, lattice, goals, robot_path, horizon, time_step, removal, free, workspace or Workspace(), dtype,
-        randomness, others, midway,
-    )  # fmt: skip
+    scene = Scene.of(ground, robot_path, removal, workspace or Workspace(), randomness, others, midway)
+    model, lattice, horizon, time_step = ground.model, ground.grid.lattice, ground.horizon, ground.grid.time_step
     d, reach = lattice.dimension, model.reach
     persistent = model.awareness_over_horizon == "persistent"
     results = Results(blocks=np.zeros(int(scene.offsets[-1])), contact=np.zeros(horizon))
@@ -269,7 +295,7 @@ def first_action_probabilities(
     own.
     """
     model = replace(model, horizon=horizon) if model.horizon is None else model
-    scene = Scene.of(model, lattice, goals, robot_path, 1, time_step, None, free, workspace or Workspace(), None)
+    scene = Scene.of(Ground.of(model, lattice, goals, 1, time_step, free), robot_path, None, workspace or Workspace())
     first = np.empty((len(goals), 2, (2 * model.reach + 1) ** lattice.dimension))
     for g, beta in np.ndindex(len(goals), 2):
         scene.first_actions(g, float(beta), first[g, beta])
