@@ -17,6 +17,7 @@ import pytest
 from sidestep._kernels.ceilings import min_plus_repeatedly
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
+from sidestep.obstacles import Obstacles
 from sidestep.planner import Planner
 from sidestep.robots import Holonomic, RobotState
 
@@ -38,7 +39,11 @@ KERNELS = {  # kernel → (the module that calls it, its time over that of the l
     "cheapest_path": ("sidestep.planning.search", 0.4),
     "program_around": ("sidestep.planning.polish", 0.15),
     "straight_motion_cost": ("sidestep.planning.problem", 0.01),
+    "choose among walls": ("sidestep.human.policy", 2.4),
+    "propagate among walls": ("sidestep.prediction.propagation", 1.2),
+    "add_midway among walls": ("sidestep.prediction.propagation", 0.3),
 }
+WALLED = " among walls"
 SLACK = 4.0
 
 
@@ -51,21 +56,33 @@ def calls() -> dict[str, tuple[Callable[..., Any], list[Any]]]:
     """Kernel → (it, the arguments of its largest call) while a person crosses the robot's way, N = 10."""
     found: dict[str, tuple[Callable[..., Any], list[Any]]] = {}
     with pytest.MonkeyPatch.context() as patch:
+        where = [""]
         for name, (module, _) in KERNELS.items():
+            if name.endswith(WALLED):
+                continue
             kernel = getattr(importlib.import_module(module), name)
 
             def spy(*arguments: Any, kernel: Any = kernel, name: str = name) -> Any:
-                found[name] = kernel, [_writable(a) for a in arguments]
+                found[name + where[0]] = kernel, [_writable(a) for a in arguments]
                 return kernel(*arguments)
 
             patch.setattr(f"{module}.{name}", spy)
-        planner = Planner(robot=Holonomic(), goal=(0.0, 5.0), horizon=10, human=HumanModel())
-        for step in range(5):
-            person = PersonObservation(
-                id="a", position=(-4.0 + 0.5 * step, 0.0), velocity=(1.0, 0.0), goal=np.array([5.0, 0.0])
-            )
-            planner.step(time=0.5 * step, robot=RobotState(position=(0.0, -3.0 + 0.4 * step)), people=[person])
+        _plan(None)
+        where[0] = WALLED
+        _plan(Obstacles(polygons=[[(-6.0, y), (6.0, y), (6.0, y + 0.2), (-6.0, y + 0.2)] for y in (-1.4, 1.2)]))
     return found
+
+
+def _plan(obstacles: Obstacles | None) -> None:
+    """A person crosses the robot's way; where there are walls, both go through the corridor between them."""
+    goal, start = ((0.0, 5.0), (0.0, -3.0)) if obstacles is None else ((5.0, 0.5), (0.0, 0.5))
+    planner = Planner(robot=Holonomic(), goal=goal, horizon=10, human=HumanModel(), obstacles=obstacles)
+    for step in range(5):
+        person = PersonObservation(
+            id="a", position=(-4.0 + 0.5 * step, 0.0), velocity=(1.0, 0.0), goal=np.array([5.0, 0.0])
+        )
+        robot = start if obstacles is not None else (0.0, start[1] + 0.4 * step)
+        planner.step(time=0.5 * step, robot=RobotState(position=robot), people=[person])
 
 
 def _best(work: Callable[[], object], repeats: int = 15) -> float:
