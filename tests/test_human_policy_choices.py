@@ -121,7 +121,7 @@ def test_near_robots_matter_and_far_ones_do_not() -> None:
 
 
 PLAIN = [
-    (sweep_choices, ("mark_box", "_weigh_row", "_heed_walls")),
+    (sweep_choices, ("mark_box", "_weigh_row", "_blocked", "_heed_walls")),
     (sweep_marks, ("_least_of_row", "_least_of_rows", "_any_within", "_mark_group")),
 ]
 
@@ -142,6 +142,8 @@ def test_compiled_and_plain_choices_agree(
         for module, names in PLAIN if plain else ():
             for name in names:
                 monkeypatch.setattr(module, name, getattr(module, name).py_func)
+        if plain:
+            monkeypatch.setattr(sweep_choices, "lowest_bit", lambda mask: int(mask).bit_length() - 1)
         words, cells = words_of(1, d), 1 + 3**d
         odds = np.zeros((3**d, cells)) if np.isfinite(rationality) else np.zeros((0, 0))
         choices = boxes([0, 1], d, words, policy.intent.layers * words)._replace(odds=odds)

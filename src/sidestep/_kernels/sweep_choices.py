@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.bits import lowest_bit
 from sidestep._kernels.sweep import CostTables, Values, axis_radius, row_count, sweep
 from sidestep._kernels.sweep_marks import WORD, mark_box
 from sidestep.types import BoolArray, FloatArray, IntArray
@@ -71,6 +72,27 @@ def _weigh_row(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _blocked(
+    free: BoolArray, row: int, stride: int, column: int, mixture: FloatArray, dimension: int, action: int
+) -> bool:
+    """Whether anything that an action stands for leads into a wall."""
+    count = mixture.shape[1]
+    reach = count // 2
+    r0, r1 = axis_radius(reach, dimension)
+    u0, u1, u2 = (
+        action // count // (2 * r1 + 1) + reach - r0,
+        action // count % (2 * r1 + 1) + reach - r1,
+        action % count,
+    )
+    for v0 in range(-r0, r0 + 1):
+        for v1 in range(-r1, r1 + 1 if mixture[0, u0, v0 + reach] > 0.0 else -r1):
+            for v2 in range(count if mixture[1, u1, v1 + reach] > 0.0 else 0):
+                if mixture[2, u2, v2] > 0.0 and not free[row + v0 * stride + v1, column + v2 - reach]:
+                    return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _heed_walls(
     free: BoolArray,
     row: int,
@@ -82,37 +104,28 @@ def _heed_walls(
     cell: int,
 ) -> None:
     """Give a cell without any choice the action "stay"; let choices whose mixture is blocked stand for themselves."""
-    masks, odds = choices.masks, choices.odds
-    count = mixture.shape[1]
-    reach = count // 2
+    masks, odds, words = choices.masks, choices.odds, choices.words
+    reach = mixture.shape[1] // 2
     r0, r1 = axis_radius(reach, dimension)
-    actions = (2 * r0 + 1) * (2 * r1 + 1) * count
+    stay = ((2 * r0 + 1) * (2 * r1 + 1) * mixture.shape[1]) // 2
     some = False
-    for a in range(actions):
-        word, bit = a // WORD, np.int64(1) << np.int64(a % WORD)
-        if odds.size > 0:
+    if odds.size > 0:
+        for a in range(odds.shape[0]):
             some = some or odds[a, cell] > 0.0
-            continue
-        if masks[word, cell] & bit == 0:
-            continue
-        some = True
-        if masks.shape[0] == choices.words:
-            continue
-        u0, u1, u2 = a // count // (2 * r1 + 1) - r0, a // count % (2 * r1 + 1) - r1, a % count - reach
-        for v0 in range(-r0, r0 + 1):
-            for v1 in range(-r1, r1 + 1):
-                for v2 in range(-reach, reach + 1):
-                    part = mixture[0, u0 + reach, v0 + reach] * mixture[1, u1 + reach, v1 + reach]
-                    if (
-                        part * mixture[2, u2 + reach, v2 + reach] > 0.0
-                        and not free[row + v0 * stride + v1, column + v2]
-                    ):
-                        masks[word, cell] &= ~bit
-                        masks[choices.words + word, cell] |= bit
-    if not some and odds.size > 0:
-        odds[actions // 2, cell] = 1.0
-    elif not some:
-        masks[actions // 2 // WORD, cell] = np.int64(1) << np.int64(actions // 2 % WORD)
+        if not some:
+            odds[stay, cell] = 1.0
+        return
+    for word in range(words):
+        bits = masks[word, cell]
+        some = some or bits != 0
+        while masks.shape[0] > words and bits != 0:
+            bit = bits & -bits
+            bits ^= bit
+            if _blocked(free, row, stride, column, mixture, dimension, word * WORD + lowest_bit(bit)):
+                masks[word, cell] ^= bit
+                masks[words + word, cell] |= bit
+    if not some:
+        masks[stay // WORD, cell] = np.int64(1) << np.int64(stay % WORD)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
