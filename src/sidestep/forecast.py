@@ -136,7 +136,7 @@ def person_plan(subject: Subject, seen: Forecast, afterwards: Afterwards) -> Per
     known = None if prediction is None else prediction.occupancy  # a plan is kept; all of `seen` need not be
     return PersonPlan(
         belief=mind.belief.concerned,
-        foretell=lambda: afterwards.occupancy(subject, path) if known is None else known,
+        foretell=(lambda: afterwards.occupancy(subject, path)) if known is None else lambda: known,
         collision_probability=np.zeros(seen.around.horizon) if prediction is None else prediction.contact,
         goals=dict(zip(map(_name, mind.goals), mind.belief.goals.tolist(), strict=True)),
         randomness=subject.randomness,

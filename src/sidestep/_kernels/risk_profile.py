@@ -244,7 +244,7 @@ def staircase(
         if level >= top and s < count - 1:
             continue
         low, high = (0.0 if used == 0 else radii[used - 1]), radius + TAIL * widest
-        while high - low > FINE * radius:
+        while high - low > max(FINE * radius, 1e-9):  # rounding could keep a smaller bracket open for ever
             middle = 0.5 * (low + high)
             if mixture(middle, radius, weights, sigmas, table) > level:
                 low = middle

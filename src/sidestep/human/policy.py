@@ -57,7 +57,11 @@ class GoalPolicy:
         self, danger: bool, first: int, last: int, lead: int, wanted: BoolArray, scratch: ValueScratch, choices: Choices
     ) -> None:
         """Write the choices of the policies first ≤ k < last that are `wanted`, with the danger term or without."""
-        _sweep(self.intent, self.costs, danger, lead, first, last, wanted, scratch, choices)
+        grid, intent = self.intent.grid, self.intent
+        choose(
+            *self.costs, intent.actions.taps, danger, lead, first, last, wanted, grid.centre, grid.dimension,
+            grid.tolerance, intent.rationality, intent.free, intent.actions.mixture, *scratch, *choices,
+        )  # fmt: skip
 
 
 def policy_of(intent: Intent, danger: DangerTerms) -> GoalPolicy:
@@ -75,28 +79,12 @@ def policy_of(intent: Intent, danger: DangerTerms) -> GoalPolicy:
     return GoalPolicy(intent=intent, costs=costs, differs=differs)
 
 
-def undisturbed(intent: Intent, radius: int, scratch: ValueScratch, choices: Choices) -> None:
-    """Write the choices of whoever does not mind the robot, on the box of this radius; the same at every instant."""
+def undisturbed(intent: Intent, horizon: int, scratch: ValueScratch, room: Choices) -> Choices:
+    """Return the choices of whoever does not mind the robot, the same at every instant; `room` has a single box."""
     nothing = np.ones((3, 1), intent.grid.dtype), np.zeros((0, 0), intent.grid.dtype)
-    _sweep(intent, CostTables(intent.axes, intent.table, *nothing), False, 0, 0, 1, _ONCE, scratch, choices)
-
-
-def _sweep(
-    intent: Intent,
-    costs: CostTables,
-    danger: bool,
-    lead: int,
-    first: int,
-    last: int,
-    wanted: BoolArray,
-    scratch: ValueScratch,
-    choices: Choices,
-) -> None:
-    grid = intent.grid
-    choose(
-        *costs, intent.actions.taps, danger, lead, first, last, wanted, grid.centre, grid.dimension, grid.tolerance,
-        intent.rationality, intent.free, intent.actions.mixture, *scratch, *choices,
-    )  # fmt: skip
+    calm = GoalPolicy(intent=intent, costs=CostTables(intent.axes, intent.table, *nothing), differs=_ONCE)
+    calm.sweep(False, 0, 1, 0, _ONCE, scratch, room)
+    return room._replace(radii=np.full(horizon, room.radii[0]), offsets=np.zeros(horizon, np.int64))
 
 
 def words_of(reach: int, dimension: int) -> int:

@@ -80,9 +80,6 @@ class Ground:
         if goal not in self._calm:
             grid, intent = self.grid, self.intents[goal]
             radius, words = grid.reach * (self.horizon - 1), words_of(grid.reach, grid.dimension)
-            once = boxes([radius], grid.dimension, words, intent.layers * words)
-            undisturbed(intent, radius, space.values(grid), once)
-            self._calm[goal] = once._replace(
-                radii=np.full(self.horizon, radius), offsets=np.zeros(self.horizon, np.int64)
-            )
+            room = boxes([radius], grid.dimension, words, intent.layers * words)
+            self._calm[goal] = undisturbed(intent, self.horizon, space.values(grid), room)
         return self._calm[goal]

@@ -145,7 +145,7 @@ class Scene:
                 intent.actions.mixture,
                 intent.tables,
                 intent.used,
-                self._undisturbed(goal, first, last),
+                self._undisturbed(goal, last),
                 self._concerned(policy, first, last) if minding else self._constants.nobody,
                 policy.differs,
             )
@@ -166,16 +166,14 @@ class Scene:
         policy.sweep(True, first, last, ground.lead, policy.differs, self._space.values(ground.grid), choices)
         return choices
 
-    def _undisturbed(self, goal: int, first: int, last: int) -> Choices:
-        intent, horizon = self._ground.intents[goal], self._ground.horizon
+    def _undisturbed(self, goal: int, last: int) -> Choices:
+        intent = self._ground.intents[goal]
         if intent.tables.size > 0:
             return self._constants.nobody
         if np.isinf(intent.rationality):
             return self._ground.calm(goal, self._space)
-        radius = intent.grid.reach * (last - 1)
-        once = self._room(intent, [radius], 0, 1)
-        undisturbed(intent, radius, self._space.values(intent.grid), once)
-        return once._replace(radii=np.full(horizon, radius), offsets=np.zeros(horizon, np.int64))
+        room = self._room(intent, [intent.grid.reach * (last - 1)], 0, 1)
+        return undisturbed(intent, self._ground.horizon, self._space.values(intent.grid), room)
 
     def _room(self, intent: Intent, radii: list[int], first: int, last: int) -> Choices:
         """Masks from the workspace, or odds for the policies first ≤ k < last alone."""
