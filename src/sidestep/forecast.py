@@ -10,6 +10,7 @@ from threading import Lock
 import numpy as np
 
 from sidestep._kernels.evidence import mixed
+from sidestep.crew import Crew
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal, SlowingGoal
 from sidestep.lazily import lazy
 from sidestep.planning.plan import PersonPlan
@@ -105,14 +106,16 @@ def _joined(arrays: Sequence[FloatArray]) -> FloatArray:
 
 
 def foresee(
-    everybody: tuple[Subject, ...], path: Path, around: Circumstances, workspace: Workspace, check: Callable[[], object]
+    everybody: tuple[Subject, ...], path: Path, around: Circumstances, crew: Crew, check: Callable[[], object]
 ) -> Forecast:
     """Predict everybody who matters, under the robot motion `path` ((≥ N + M + 1, d) m); `check` before each."""
-    predictions: dict[str, Prediction] = {}
-    for subject in everybody:
-        if subject.matters(path[0]):
-            check()
-            predictions[subject.mind.id] = subject.predicted(path, workspace)
+
+    def predicted(subject: Subject, workspace: Workspace) -> Prediction:
+        check()
+        return subject.predicted(path, workspace)
+
+    near = [subject for subject in everybody if subject.matters(path[0])]
+    predictions = {s.mind.id: p for s, p in zip(near, crew.each(predicted, near), strict=True)}
     return Forecast(path=path, around=around, everybody=everybody, predictions=predictions)
 
 

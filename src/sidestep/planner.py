@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from sidestep import minds
+from sidestep.crew import Crew
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.exits import exits
 from sidestep.forecast import Afterwards, person_plan
@@ -26,7 +27,6 @@ from sidestep.planning.geodesic import DistanceField, distance_to_goal
 from sidestep.planning.pace import Pace
 from sidestep.planning.plan import Plan, stopped_plan
 from sidestep.planning.settings import PlannerSettings
-from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
@@ -64,7 +64,7 @@ class Planner:
         self.human = _placed(HumanModel() if human is None else human, obstacles)
         self.obstacles = obstacles or None  # a map without walls is no map
         self.settings = _settled(settings, changes)
-        self._workspace = Workspace()
+        self._crew = Crew(self.settings.threads)
         self._afterwards = Afterwards()
         self._pace = Pace()
         self._minds: dict[str, Mind] = {}
@@ -190,7 +190,7 @@ class Planner:
             around=around,
             everybody=everybody_of(tuple(self._minds.values()), around),
             field=self._field,
-            workspace=self._workspace,
+            crew=self._crew,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
             wish=wanted,
         )

@@ -11,6 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
+from sidestep.crew import Crew
 from sidestep.forecast import Forecast, foresee
 from sidestep.obstacles import Obstacles
 from sidestep.planning.anticipate import carried_forward, extended, straight
@@ -18,7 +19,6 @@ from sidestep.planning.geodesic import DistanceField
 from sidestep.planning.plan import Plan
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.settings import PlannerSettings
-from sidestep.prediction.occupancy import Workspace
 from sidestep.robots import Robot, RobotState
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import Path, Vector
@@ -38,7 +38,7 @@ class Situation:
         time: s, now; robot: the base; state: of it; start: (d,) m, the point that planning moves; goal: (d,) m.
         settings: of the planner; around: what holds for everybody; everybody: who counts.
         field: walking distance to the goal around walls, or None.
-        workspace: scratch of the predictions.
+        crew: who predicts.
         stop_by: s on the wall clock (`perf_counter`) after which no kernel is started; inf without a deadline.
         wish: (d,) m/s, a velocity that another controller asks for, or None.
     """
@@ -52,7 +52,7 @@ class Situation:
     around: Circumstances
     everybody: tuple[Subject, ...]
     field: DistanceField | None
-    workspace: Workspace
+    crew: Crew
     stop_by: float = math.inf
     wish: Vector | None = None
 
@@ -84,7 +84,7 @@ class Situation:
     def foresee(self, path: Path) -> Forecast:
         """Return what everybody will do if the robot moves along `path` (N+1, d) m and then on to its goal."""
         whole = extended(path, self.goal, steps=self.steps)
-        return foresee(self.everybody, whole, self.around, self.workspace, self.check)
+        return foresee(self.everybody, whole, self.around, self.crew, self.check)
 
     def problem_under(self, seen: Forecast) -> PlanningProblem:
         """Return Eq. 9 under a prediction."""

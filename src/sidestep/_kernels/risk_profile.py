@@ -28,12 +28,12 @@ STEPS = 6
 """Discs that stand for a narrow blob."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _normal(x: float) -> float:
     return 0.5 * math.erfc(-x * 0.7071067811865476)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def ball_probability(distance: float, radius: float, sigma: float, dimension: int, nodes: FloatArray) -> float:
     """F by closed form in 1-D and 3-D, in 2-D by quadrature over x = r·sin t where the blob has weight.
 
@@ -65,7 +65,7 @@ def ball_probability(distance: float, radius: float, sigma: float, dimension: in
     return min(1.0, 0.5 * (t1 - t0) * total)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _ball_3d(distance: float, radius: float, sigma: float) -> float:
     near, far = (radius - distance) / sigma, (radius + distance) / sigma
     if distance < 1e-3 * sigma:
@@ -76,7 +76,7 @@ def _ball_3d(distance: float, radius: float, sigma: float) -> float:
     return min(1.0, max(0.0, value))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _fill(dimension: int, nodes: FloatArray, along: int, across: int) -> FloatArray:
     table = np.empty((across, along))
     for j in range(across):
@@ -100,7 +100,7 @@ def blob_table(dimension: int) -> FloatArray:
     return _fill(dimension, nodes, ALONG, ACROSS)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def blob(distance: float, radius: float, sigma: float, table: FloatArray) -> float:
     """F by bilinear interpolation in the table of `blob_table`; within 2e-4."""
     if sigma <= 1e-9:
@@ -116,7 +116,7 @@ def blob(distance: float, radius: float, sigma: float, table: FloatArray) -> flo
     return low + b * (table[j + 1, i] + a * (table[j + 1, i + 1] - table[j + 1, i]) - low)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def mixture(distance: float, radius: float, weights: FloatArray, sigmas: FloatArray, table: FloatArray) -> float:
     """Σ_c weights[c]·F(distance; σ_c)."""
     total = 0.0
@@ -126,7 +126,7 @@ def mixture(distance: float, radius: float, weights: FloatArray, sigmas: FloatAr
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def profiles(
     radius: float, weights: FloatArray, sigmas: FloatArray, table: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -166,7 +166,7 @@ def profiles(
     return samples, grids
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_class(
     distances: FloatArray, radius: float, weight: float, sigma: float, table: FloatArray, out: FloatArray
 ) -> None:
@@ -189,7 +189,7 @@ def add_class(
         out[i] += weight * (one + (x - k) * (other - one))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def profile_value(distance: float, samples: FloatArray, grid: FloatArray) -> float:
     """Read a profile by linear interpolation; `grid` = (radius m, scale m, first place, places per sample)."""
     x = distance - grid[0]
@@ -200,7 +200,7 @@ def profile_value(distance: float, samples: FloatArray, grid: FloatArray) -> flo
     return samples[i] + (t - i) * (samples[i + 1] - samples[i])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def staircase(
     radius: float,
     weights: FloatArray,

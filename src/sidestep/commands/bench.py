@@ -51,8 +51,8 @@ def bench(
 
 
 def measured(quick: bool, say: Any) -> dict[str, Any]:
-    """Run everything, one thing after the other on one core."""
-    from sidestep.studies.bench import CASES, Case, deadline_overruns, exponents, time_case, time_peers
+    """Run everything, one thing after the other; on one core, but for the threads."""
+    from sidestep.studies.bench import CASES, Case, deadline_overruns, exponents, thread_ratios, time_case, time_peers
     from sidestep.studies.bench_floor import ceilings, floor_fraction, kernel_work
 
     steps = 60 if quick else 300
@@ -64,6 +64,8 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
     say("bench: other planners")
     peers, missing = time_peers(steps=steps)
     same = time_case(Case(name="N = 15, one person", target=float("nan"), horizon=15), steps=steps)
+    say("bench: threads")
+    threads = thread_ratios(encounters=2 if quick else 6)
     say("bench: growth")
     growth = {name: [(x, time_case(c, steps=20).median) for x, c in series] for name, series in _growth(Case)}
     say("bench: floor of the sweeps")
@@ -79,6 +81,7 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
         ratios["cvmpc_over_sidestep_n15"] = peers["constant-velocity MPC, 15 steps"].median / same.median
     if "ORCA" in peers:
         ratios["orca_over_sidestep_n5"] = peers["ORCA"].median / timings[0].median
+    ratios |= threads
     extra = {
         name: {"median_ms": t.median, "p95_ms": t.p95, "promises": PEER_PROMISES[name]} for name, t in peers.items()
     }

@@ -42,6 +42,8 @@ class PlannerSettings:
         timeout: s without any observation of people after which the planner stops.
         memory: s for which a person who is no longer seen is still predicted.
         deadline: s, wall clock, within which `step` returns; None: no deadline.
+        threads: that predict people side by side (≥ 1); the predictions are the same for any number. One by default:
+            what else runs on a robot wants the other cores.
         signal_belief: P(concerned) below which a danger signal is asked for; None: never (method §7).
 
     """
@@ -65,6 +67,7 @@ class PlannerSettings:
     timeout: float = 1.0
     memory: float = 1.0
     deadline: float | None = None
+    threads: int = 1
     signal_belief: float | None = None
 
     __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
@@ -72,8 +75,8 @@ class PlannerSettings:
     def __post_init__(self) -> None:
         for name in ("time_step", "timeout"):
             _within(name, getattr(self, name), "a finite number > 0 (s)", above=0.0)
-        for name in ("horizon", "rounds"):
-            _within(name, getattr(self, name), "an integer ≥ 1", least=1)
+        for name in ("horizon", "rounds", "threads"):
+            _whole(name, getattr(self, name), "an integer ≥ 1")
         if self.risk_rule not in ("cells", "mass", "trajectory"):
             raise InvalidInput("planner.risk_rule", self.risk_rule, "cells, mass or trajectory")
         if self.goal_cost not in ("squared", "distance"):
@@ -93,7 +96,13 @@ class PlannerSettings:
             if getattr(self, name) is not None:
                 _within(name, getattr(self, name), "a probability in (0, 1], or none", above=0.0, most=1.0)
         if self.search_resolution is not None:
-            _within("search_resolution", self.search_resolution, "an integer ≥ 1, or none", least=1)
+            _whole("search_resolution", self.search_resolution, "an integer ≥ 1, or none")
+
+
+def _whole(name: str, value: object, words: str) -> None:
+    if isinstance(value, float):
+        raise InvalidInput(f"planner.{name}", value, words)
+    _within(name, value, words, least=1)
 
 
 def _within(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -92,18 +94,7 @@ def scene(
 
 def time_case(case: Case, *, steps: int, deadline: float | None = None) -> Timing:
     """Time `steps` planning steps, encounter after encounter, after one to warm up."""
-    goals: tuple[tuple[float, ...], ...] = ()
-    if case.goals > 1:
-        ring = np.linspace(0, 2 * np.pi, case.goals, endpoint=False)
-        goals = tuple((5.0 * float(np.cos(a)), 5.0 * float(np.sin(a))) for a in ring)
-    planner = Planner(
-        robot=Holonomic(max_speed=1.0, radius=0.3),
-        goal=np.zeros(case.dimension),
-        human=HumanModel(goals=goals, reach=case.reach),
-        time_step=STEP,
-        horizon=case.horizon,
-        deadline=deadline,
-    )
+    planner = _planner(case, deadline=deadline)
     times: list[float] = []
     encounter = 0
     while len(times) < steps + 4:
@@ -111,6 +102,36 @@ def time_case(case: Case, *, steps: int, deadline: float | None = None) -> Timin
         times += _encounter(planner, case, generator)
         encounter += 1
     return Timing(name=case.name, target=case.target, times=np.array(times[4 : steps + 4]))
+
+
+def thread_ratios(*, encounters: int) -> dict[str, float]:
+    """How many times less a step among ten people takes on two threads: medians, encounters of either by turns."""
+    ratios: dict[str, float] = {}
+    for horizon in (10, 20):
+        case = Case(name="", target=math.nan, horizon=horizon, people=10)
+        planners = {threads: _planner(case, threads=threads) for threads in (1, 2)}
+        times: dict[int, list[float]] = {threads: [] for threads in planners}
+        for encounter in range(encounters + 1):
+            for threads, planner in planners.items():
+                spent = _encounter(planner, case, np.random.default_rng(encounter))
+                times[threads] += spent if encounter else []  # the first one warms up
+        ratios[f"one_thread_over_two_ten_people_n{horizon}"] = float(np.median(times[1]) / np.median(times[2]))
+    return ratios
+
+
+def _planner(case: Case, **changes: Any) -> Planner:
+    goals: tuple[tuple[float, ...], ...] = ()
+    if case.goals > 1:
+        ring = np.linspace(0, 2 * np.pi, case.goals, endpoint=False)
+        goals = tuple((5.0 * float(np.cos(a)), 5.0 * float(np.sin(a))) for a in ring)
+    return Planner(
+        robot=Holonomic(max_speed=1.0, radius=0.3),
+        goal=np.zeros(case.dimension),
+        human=HumanModel(goals=goals, reach=case.reach),
+        time_step=STEP,
+        horizon=case.horizon,
+        **changes,
+    )
 
 
 def _encounter(planner: Navigator, case: Case, generator: np.random.Generator, length: int = 20) -> list[float]:

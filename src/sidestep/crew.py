@@ -1,0 +1,58 @@
+"""Threads that share out people among them, each with scratch arrays of its own."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+from sidestep.prediction.workspace import Workspace
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+class Crew:
+    """Does the same for many, on one thread or several; what comes out is the same, whoever did it.
+
+    Args:
+        threads: ≥ 1, the caller's own included. More of them gain where there are as many cores: the compiled kernels
+            run side by side, what is Python between them does not.
+    """
+
+    def __init__(self, threads: int = 1) -> None:
+        self._spaces = [Workspace() for _ in range(threads)]
+        self._pool = ThreadPoolExecutor(threads - 1, "sidestep") if threads > 1 else None
+
+    def each(self, work: Callable[[Item, Workspace], Result], items: Sequence[Item]) -> list[Result]:
+        """Return `work` of every item, in their order; whoever is free takes the next.
+
+        If one fails no further one is begun, and its error is raised once those under way have ended.
+        """
+        own, others = self._spaces[0], self._spaces[1 : len(items)]
+        if self._pool is None or not others:
+            return [work(item, own) for item in items]
+        waiting, found = deque(enumerate(items)), {}
+
+        def help_with(space: Workspace) -> None:
+            while True:
+                try:
+                    n, item = waiting.popleft()
+                except IndexError:
+                    return
+                try:
+                    found[n] = work(item, space)
+                except BaseException:
+                    waiting.clear()
+                    raise
+
+        helpers = [self._pool.submit(help_with, space) for space in others]
+        try:
+            help_with(own)
+        finally:
+            ended = [helper.exception() for helper in helpers]
+        for error in ended:
+            if error is not None:
+                raise error
+        return [found[n] for n in range(len(items))]
