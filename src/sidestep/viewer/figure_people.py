@@ -77,7 +77,8 @@ def replay_figure(rows: Sequence[Row]) -> Figure:
     files = list(dict.fromkeys(r["file"] for r in rows))
     drivers = sorted(dict.fromkeys(r["navigator"] for r in rows), key=lambda name: name != OURS)
     figure = new_figure(3.4 * len(files) + 1.2, 3.8)
-    panels = figure.subplots(1, len(files), sharey=True, squeeze=False)[0]
+    panels = figure.subplots(1, len(files), sharex=True, sharey=True, squeeze=False)[0]
+    highest = max((r["collision_moving_upper99"] for r in rows if r["time_ratio"] is not None), default=1.0)
     for axes, file in zip(panels, files, strict=True):
         for r in (r for r in rows if r["file"] == file and r["time_ratio"] is not None):
             n = drivers.index(r["navigator"])
@@ -94,7 +95,7 @@ def replay_figure(rows: Sequence[Row]) -> Figure:
                 elinewidth=0.8,
                 label=r["navigator"],
             )
-        axes.set_ylim(bottom=-0.01)
+        axes.set_ylim(-0.04 * highest, 1.05 * highest)
         y = "contact while moving (to 99 % bound)" if axes is panels[0] else ""
         style_axes(axes, x="time over the shortest", y=y, title=file)
     handles: dict[str, Any] = {}
