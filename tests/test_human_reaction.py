@@ -19,7 +19,7 @@ from sidestep.human.actions import ActionSet
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import ReactionSettings, Way
-from sidestep.minds import Mind
+from sidestep.mind import Mind
 from sidestep.types import FloatArray
 
 ACTIONS = ActionSet(speed=0.5)
@@ -154,8 +154,8 @@ def test_actions_are_the_evidence_where_the_model_says_so_or_the_goal_is_known()
     model = HumanModel(evidence="action")
     assert all(m.facing is None for m in seen_by(makes_room, model=model, last=1.0))
     seen = PersonObservation(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0), goal=(5.0, 0.0))
-    assert not minds.by_clearance(minds.meet(seen, HumanModel(), 0.0))
-    assert not minds.by_clearance(seen_by(straight, last=0.0, model=HumanModel(motion_filter=False))[-1])
+    assert not minds.meet(seen, HumanModel(), 0.0).by_clearance
+    assert not seen_by(straight, last=0.0, model=HumanModel(motion_filter=False))[-1].by_clearance
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from sidestep.human.goals import DirectionGoal, PointGoal, SlowingGoal, StandGoa
 from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
-from sidestep.minds import Mind
+from sidestep.mind import Mind
 
 PAPER = HumanModel(
     frame="world", motion_filter=False, steadiness=False, online_randomness=False, switch_rate=0, action_noise=0.05

@@ -21,7 +21,7 @@ from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import Way
 from sidestep.ladder import Outcome, climb
-from sidestep.minds import Mind
+from sidestep.mind import Mind
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import DistanceField, distance_to_goal
 from sidestep.planning.pace import Pace

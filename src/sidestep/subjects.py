@@ -11,7 +11,7 @@ import numpy as np
 from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep.lattice import Lattice
 from sidestep.lazily import lazy
-from sidestep.minds import Mind
+from sidestep.mind import Mind
 from sidestep.obstacles import Obstacles
 from sidestep.prediction.collision import PersonMass
 from sidestep.prediction.ground import Ground

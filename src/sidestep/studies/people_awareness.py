@@ -12,7 +12,7 @@ from sidestep import minds
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import Way
-from sidestep.minds import Mind
+from sidestep.mind import Mind
 from sidestep.prediction.occupancy import Workspace
 from sidestep.simulation.recordings import Recording
 from sidestep.studies.people_encounters import BEFORE, GAINED, Encounter, encounters, placebos

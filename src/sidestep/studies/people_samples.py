@@ -11,7 +11,7 @@ from sidestep import minds
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.lattice import heading_rotation
-from sidestep.minds import Mind
+from sidestep.mind import Mind
 from sidestep.prediction.occupancy import Prediction, Workspace
 from sidestep.simulation.recordings import Recording, Track
 from sidestep.subjects import Circumstances, Subject
