@@ -17,14 +17,20 @@ _COLUMNS = (
     ("min_distance_p5", "nearest (5 %), m", ".2f"), ("time_personal", "in personal space, s", ".2f"),
     ("acceleration", "acceleration, m/s²", ".2f"), ("plan_ms_p95", "plan (95 %), ms", ".1f"),
 )  # fmt: skip
-_LEAD = (
+_FAIR = (
     "Everybody meets the same people, with the same sensor, the same limits and the same seeds, on a trip of 10 m. "
     "Bodies touch below 0.6 m between centres; a contact counts as *moving* when the robot moved as it began, or moved "
     "on toward the person. People follow other models than the predictor's: straight lines, ORCA, social force, random "
-    "steps. Nobody's goal is told, and nobody's coming step shows in their velocity.",
+    "steps. Nobody's goal is told, and nobody's coming step shows in their velocity."
+)
+_AIMS = (
     "What we aim at: moving contacts at most 0.05 to the upper 99 % bound in every condition (90 episodes without one "
     "are needed for that; fewer cannot show it, whatever happened in them), and a time to goal within 5 % of the "
-    "fastest opponent that collides in less than 20 % of its episodes.",
+    "fastest opponent that collides in less than 20 % of its episodes."
+)
+_PARTS = (
+    "Each of these planners is ours with one part taken away, in the same episodes. A part may earn its place in a few "
+    "conditions only; the tables by condition say in which."
 )
 
 
@@ -43,43 +49,68 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
 
     rows, aims, pooled = result["conditions"], result["aims"], result["pooled"]
     words = {name: c.description for name, c in conditions().items()}
+    among_peers = any(_kind(row["navigator"]) == "opponent" for row in pooled)
+    measured_by = {
+        "title": "What was aimed at",
+        "header": [
+            "condition",
+            "n",
+            "contact ≤ (99 %)",
+            "reached",
+            "fastest safe opponent",
+            "time by its time",
+            "within 5 %",
+            "McNemar p",
+        ],
+        "rows": [_aim(a, rows) for a in aims],
+    }
     tables = [
-        {"title": "What was aimed at", "header": ["condition", "n", "contact ≤ (99 %)", "reached",
-         "fastest safe opponent", "time by its time", "within 5 %", "McNemar p"],
-         "rows": [_aim(a, rows) for a in aims]},
+        *([measured_by] if among_peers else []),
         {"title": "Over all conditions", "header": ["navigator", "conditions", "episodes", "contact moving",
          "99 % interval", "time by shortest"], "rows": [_whole(row) for row in pooled]},
     ]  # fmt: skip
+    name = page.stem.lstrip("0123456789-")
     ablations = [row["navigator"] for row in pooled if _kind(row["navigator"]) == "ablation"]
     if ablations:
         told = [[name, contestants()[name].description] for name in ablations]
         tables.append({"title": "Ours with one part taken away", "header": ["navigator", "what differs"], "rows": told})
-    for name in dict.fromkeys(row["name"] for row in rows):
-        body = [[_text(row.get(key), form) for key, _, form in _COLUMNS] for row in rows if row["name"] == name]
-        tables.append({"title": f"{name}: {words[name]}", "header": [head for _, head, _ in _COLUMNS], "rows": body})
+    for condition in dict.fromkeys(row["name"] for row in rows):
+        body = [[_text(row.get(key), form) for key, _, form in _COLUMNS] for row in rows if row["name"] == condition]
+        tables.append(
+            {"title": f"{condition}: {words[condition]}", "header": [head for _, head, _ in _COLUMNS], "rows": body}
+        )
     pictures = [
         Picture(
-            file="peers-overall.png",
+            file=f"{name}-overall.png",
             alt="Share of episodes with a moving contact, with exact 99 % intervals, over the mean time to goal, one "
             "mark per navigator.",
             figure=overall_figure([{**row, "kind": _kind(row["navigator"])} for row in pooled]),
         ),
-        Picture(
-            file="peers-conditions.png",
-            alt="Per condition: moving contacts of ours, to the 99 % bound, and of others; our time by the fastest "
-            "safe opponent's.",
-            figure=by_condition_figure(rows, aims, _shown(pooled)),
-        ),
     ]
+    if among_peers and len(aims) > 1:
+        pictures.append(
+            Picture(
+                file=f"{name}-conditions.png",
+                alt="Per condition: moving contacts of ours, to the 99 % bound, and of others; our time by the fastest "
+                "safe opponent's.",
+                figure=by_condition_figure(rows, aims, _shown(pooled)),
+            )
+        )
     write_evidence(
         page,
-        title="Against other planners",
-        lead=_LEAD,
+        title=_title([words[a["name"]] for a in aims], among_peers),
+        lead=[_FAIR, _AIMS if among_peers else _PARTS],
         command=command,
         tables=tables,
         pictures=pictures,
-        remarks=_remarks(result),
+        remarks=_remarks(result, among_peers),
     )
+
+
+def _title(conditions: Sequence[str], among_peers: bool) -> str:
+    if not among_peers:
+        return "What each part is worth"
+    return "Against other planners" + (f": {conditions[0]}" if len(conditions) == 1 else "")
 
 
 def _kind(navigator: str) -> str:
@@ -121,13 +152,15 @@ def _whole(row: Row) -> list[Any]:
     ]
 
 
-def _remarks(result: Mapping[str, Any]) -> list[str]:
+def _remarks(result: Mapping[str, Any], among_peers: bool) -> list[str]:
     aims = result["aims"]
     safe, fast = sum(a["safe"] for a in aims), sum(bool(a["fast"]) for a in aims)
     judged = sum(a["fast"] is not None for a in aims)
+    if not among_peers:
+        return ["Where a condition had fewer episodes, these are the first ones of it, the same for everybody."]
     lines = [
-        f"The bound on moving contacts is reached in {safe} of {len(aims)} conditions, the time in {fast} of {judged}; "
-        "in the others no opponent collides in less than 20 %.",
+        f"The bound on moving contacts is reached in {safe} of {len(aims)} conditions, the time in {fast} of {judged}"
+        + ("; in the others no opponent collides in less than 20 %." if judged < len(aims) else "."),
         "Who is expensive had fewer episodes, the first ones of the others; pairs, and times, are compared on those "
         f"that both had, and an opponent with fewer episodes than ours and fewer than {FAIR} is no yardstick.",
     ]
