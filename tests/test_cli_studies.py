@@ -25,6 +25,7 @@ def test_evaluate_compares_navigators(tmp_path: Path, capsys: pytest.CaptureFixt
     written = json.loads(page.read_text())
     assert written["command"] == " ".join(["sidestep", "evaluate", *options[:6], *fewer])
     assert all(len(row) == len(t["header"]) for t in written["tables"] for row in t["rows"])
+    assert written["title"] == "Against other planners: keeps walking"
     for figure in written["figures"]:
         assert (tmp_path / figure["file"]).stat().st_size > 10_000
 
@@ -39,6 +40,12 @@ def test_ablations_are_told_apart_from_opponents(tmp_path: Path, capsys: pytest.
     tables = {t["title"]: t for t in json.loads((tmp_path / "page.json").read_text())["tables"]}
     assert [row[0] for row in tables["Ours with one part taken away"]["rows"]] == drivers[:2]
     assert [row[0] for row in tables["Over all conditions"]["rows"]] == drivers
+    options[3], page = ",".join(drivers[:2]), tmp_path / "32-parts.json"  # from the pieces that are there
+    assert execute(["evaluate", *options, "--out", str(tmp_path), "--page", str(page)]) == 0
+    written = json.loads(page.read_text())
+    assert written["title"] == "What each part is worth"
+    assert [figure["file"] for figure in written["figures"]] == ["parts-overall.png"]
+    assert "What was aimed at" not in [t["title"] for t in written["tables"]]
 
 
 @pytest.mark.slow
