@@ -1,7 +1,9 @@
 """Threads that share out people: the same results, each thread with scratch of its own."""
 
+import os
+import signal
 import threading
-from time import perf_counter
+from time import perf_counter, sleep
 
 import numpy as np
 import pytest
@@ -44,6 +46,33 @@ def test_an_error_ends_the_work_and_reaches_the_caller(threads):
         crew.each(work, range(1000))
     assert len(begun) < 1000
     assert crew.each(lambda item, _: item, [7, 8]) == [7, 8]
+
+
+def test_who_cannot_have_helpers_does_it_alone(monkeypatch):
+    def refuse(*_):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr("sidestep.crew.ThreadPoolExecutor.submit", refuse)
+    assert Crew(3).each(lambda item, _: -item, [1, 2, 3]) == [-1, -2, -3]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_has_helpers_of_its_own():
+    crew = Crew(2)
+    crew.each(lambda item, _: item, [1, 2])
+    child = os.fork()
+    if child == 0:  # the parent's helpers are not here: to wait for them would be for ever
+        os._exit(0 if crew.each(lambda item, _: item, [3, 4, 5]) == [3, 4, 5] else 1)
+    for _ in range(200):
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            break
+        sleep(0.1)
+    else:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+    assert ended
+    assert status == 0
 
 
 def test_the_motion_is_the_same_for_any_number_of_threads():

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from typing import TypeVar
 
 from sidestep.prediction.workspace import Workspace
@@ -23,7 +25,7 @@ class Crew:
 
     def __init__(self, threads: int = 1) -> None:
         self._spaces = [Workspace() for _ in range(threads)]
-        self._pool = ThreadPoolExecutor(threads - 1, "sidestep") if threads > 1 else None
+        self._helpers: tuple[int, ThreadPoolExecutor] | None = None
 
     def each(self, work: Callable[[Item, Workspace], Result], items: Sequence[Item]) -> list[Result]:
         """Return `work` of every item, in their order; whoever is free takes the next.
@@ -31,7 +33,7 @@ class Crew:
         If one fails no further one is begun, and its error is raised once those under way have ended.
         """
         own, others = self._spaces[0], self._spaces[1 : len(items)]
-        if self._pool is None or not others:
+        if not others:
             return [work(item, own) for item in items]
         waiting, found = deque(enumerate(items)), {}
 
@@ -47,12 +49,22 @@ class Crew:
                     waiting.clear()
                     raise
 
-        helpers = [self._pool.submit(help_with, space) for space in others]
+        helpers: list[Future[None]] = []
+        with suppress(RuntimeError):  # no thread is to be had: whoever is there does it all
+            for space in others:
+                helpers.append(self._pool().submit(help_with, space))
         try:
             help_with(own)
         finally:
-            ended = [helper.exception() for helper in helpers]
+            ended = [None if helper.cancel() else helper.exception() for helper in helpers]  # none waits to begin
         for error in ended:
             if error is not None:
                 raise error
         return [found[n] for n in range(len(items))]
+
+    def _pool(self) -> ThreadPoolExecutor:
+        """The helpers of this process: after a fork, those of the parent are not there."""
+        process = os.getpid()
+        if self._helpers is None or self._helpers[0] != process:
+            self._helpers = process, ThreadPoolExecutor(len(self._spaces) - 1, "sidestep")
+        return self._helpers[1]
