@@ -17,7 +17,12 @@ _COLUMNS = (
     ("min_distance_p5", "nearest (5 %), m", ".2f"), ("time_personal", "in personal space, s", ".2f"),
     ("acceleration", "acceleration, m/s²", ".2f"), ("plan_ms_p95", "plan (95 %), ms", ".1f"),
 )  # fmt: skip
-_FAIR = (
+_AIMED = (
+    "condition", "n", "contact ≤ (99 %)", "reached", "fastest safe opponent", "time by its time", "within 5 %",
+    "McNemar p",
+)  # fmt: skip
+_OVERALL = ("navigator", "conditions", "episodes", "contact moving", "99 % interval", "time by shortest")
+_SAME = (
     "Everybody meets the same people, with the same sensor, the same limits and the same seeds, on a trip of 10 m. "
     "Bodies touch below 0.6 m between centres; a contact counts as *moving* when the robot moved as it began, or moved "
     "on toward the person. People follow other models than the predictor's: straight lines, ORCA, social force, random "
@@ -43,42 +48,11 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
         command: that makes it again.
     """
     from sidestep.commands.evidence import Picture, write_evidence
-    from sidestep.studies.conditions import conditions
-    from sidestep.studies.opponents import contestants
     from sidestep.viewer.figure_peers import by_condition_figure, overall_figure
 
     rows, aims, pooled = result["conditions"], result["aims"], result["pooled"]
-    words = {name: c.description for name, c in conditions().items()}
     among_peers = any(_kind(row["navigator"]) == "opponent" for row in pooled)
-    measured_by = {
-        "title": "What was aimed at",
-        "header": [
-            "condition",
-            "n",
-            "contact ≤ (99 %)",
-            "reached",
-            "fastest safe opponent",
-            "time by its time",
-            "within 5 %",
-            "McNemar p",
-        ],
-        "rows": [_aim(a, rows) for a in aims],
-    }
-    tables = [
-        *([measured_by] if among_peers else []),
-        {"title": "Over all conditions", "header": ["navigator", "conditions", "episodes", "contact moving",
-         "99 % interval", "time by shortest"], "rows": [_whole(row) for row in pooled]},
-    ]  # fmt: skip
     name = page.stem.lstrip("0123456789-")
-    ablations = [row["navigator"] for row in pooled if _kind(row["navigator"]) == "ablation"]
-    if ablations:
-        told = [[name, contestants()[name].description] for name in ablations]
-        tables.append({"title": "Ours with one part taken away", "header": ["navigator", "what differs"], "rows": told})
-    for condition in dict.fromkeys(row["name"] for row in rows):
-        body = [[_text(row.get(key), form) for key, _, form in _COLUMNS] for row in rows if row["name"] == condition]
-        tables.append(
-            {"title": f"{condition}: {words[condition]}", "header": [head for _, head, _ in _COLUMNS], "rows": body}
-        )
     pictures = [
         Picture(
             file=f"{name}-overall.png",
@@ -98,19 +72,45 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
         )
     write_evidence(
         page,
-        title=_title([words[a["name"]] for a in aims], among_peers),
-        lead=[_FAIR, _AIMS if among_peers else _PARTS],
+        title=_title([a["name"] for a in aims], among_peers),
+        lead=[_SAME, _AIMS if among_peers else _PARTS],
         command=command,
-        tables=tables,
+        tables=_tables(result, among_peers),
         pictures=pictures,
         remarks=_remarks(result, among_peers),
     )
 
 
-def _title(conditions: Sequence[str], among_peers: bool) -> str:
+def _title(names: Sequence[str], among_peers: bool) -> str:
     if not among_peers:
         return "What each part is worth"
-    return "Against other planners" + (f": {conditions[0]}" if len(conditions) == 1 else "")
+    return "Against other planners" + (f": {_worded(names[0])}" if len(names) == 1 else "")
+
+
+def _worded(condition: str) -> str:
+    from sidestep.studies.conditions import conditions
+
+    return conditions()[condition].description
+
+
+def _tables(result: Mapping[str, Any], among_peers: bool) -> list[dict[str, Any]]:
+    from sidestep.studies.opponents import contestants
+
+    rows, pooled = result["conditions"], result["pooled"]
+    tables: list[dict[str, Any]] = []
+    if among_peers:
+        aims = [_aim(aim, rows) for aim in result["aims"]]
+        tables.append({"title": "What was aimed at", "header": list(_AIMED), "rows": aims})
+    tables.append({"title": "Over all conditions", "header": list(_OVERALL), "rows": [_whole(row) for row in pooled]})
+    parts = [row["navigator"] for row in pooled if _kind(row["navigator"]) == "ablation"]
+    if parts:
+        told = [[name, contestants()[name].description] for name in parts]
+        tables.append({"title": "Ours with one part taken away", "header": ["navigator", "what differs"], "rows": told})
+    head = [words for _, words, _ in _COLUMNS]
+    for name in dict.fromkeys(row["name"] for row in rows):
+        body = [[_text(row.get(key), form) for key, _, form in _COLUMNS] for row in rows if row["name"] == name]
+        tables.append({"title": f"{name}: {_worded(name)}", "header": head, "rows": body})
+    return tables
 
 
 def _kind(navigator: str) -> str:
