@@ -48,19 +48,19 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
         command: that makes it again.
     """
     from sidestep.commands.evidence import Picture, write_evidence
-    from sidestep.viewer.figure_peers import by_condition_figure, overall_figure
+    from sidestep.viewer.figure_peers import by_condition_figure, overall_figure, parts_figure
 
-    rows, aims, pooled = result["conditions"], result["aims"], result["pooled"]
-    among_peers = any(_kind(row["navigator"]) == "opponent" for row in pooled)
+    rows, aims = result["conditions"], result["aims"]
+    pooled = [{**row, "kind": _kind(row["navigator"])} for row in result["pooled"]]
+    among_peers = any(row["kind"] == "opponent" for row in pooled)
     name = page.stem.lstrip("0123456789-")
-    pictures = [
-        Picture(
-            file=f"{name}-overall.png",
-            alt="Share of episodes with a moving contact, with exact 99 % intervals, over the mean time to goal, one "
-            "mark per navigator.",
-            figure=overall_figure([{**row, "kind": _kind(row["navigator"])} for row in pooled]),
-        ),
-    ]
+    told = "Share of episodes with a moving contact, with exact 99 % intervals, and the mean time to goal, one "
+    overall = Picture(
+        file=f"{name}-overall.png",
+        alt=told + ("mark per navigator." if among_peers else "line per navigator."),
+        figure=overall_figure(pooled) if among_peers else parts_figure(pooled),
+    )
+    pictures = [overall]
     if among_peers and len(aims) > 1:
         pictures.append(
             Picture(

@@ -90,6 +90,34 @@ def by_condition_figure(rows: Sequence[Row], aims: Sequence[Row], shown: Sequenc
     return figure
 
 
+def parts_figure(pooled: Sequence[Row]) -> Figure:
+    """Return one line per navigator, ours first: collisions with their intervals, and time over the shortest.
+
+    Args:
+        pooled: as for `overall_figure`.
+    """
+    rows = sorted(pooled, key=lambda row: row["navigator"] != OURS)
+    names = [row["navigator"].removeprefix(f"{OURS}-").replace("-", " ") for row in rows]
+    colours = [style.ROBOT if row["navigator"] == OURS else style.PEOPLE[0] for row in rows]
+    figure = style.new_figure(8.4, 0.3 * len(rows) + 1.2)
+    left, right = figure.subplots(1, 2, sharey=True)
+    for at, (row, colour) in enumerate(zip(rows, colours, strict=True)):
+        low, high = (100 * bound for bound in row["collision_moving_ci99"])
+        left.hlines(at, low, high, color=colour, lw=1.4)
+        left.plot(100 * row["collision_moving"], at, "o", ms=6, color=colour, clip_on=False, zorder=3)
+        if row["time_ratio"] is not None:  # somebody arrived
+            right.plot(row["time_ratio"], at, "o", ms=6, color=colour, zorder=3)
+            if at == 0:
+                right.axvline(row["time_ratio"], color=style.CROWD, lw=0.8)
+    left.axvline(100 * AIM_COLLISION, color=style.LIMIT, ls=":", lw=1.2)
+    left.set_yticks(range(len(rows)), names, fontsize=style.SMALL)
+    left.set_ylim(len(rows) - 0.4, -0.6)
+    left.set_xlim(left=-0.3)
+    style.style_axes(left, x="episodes with a moving contact (%)\nbar: 99 % interval", y="")
+    style.style_axes(right, x="mean time to goal over the shortest", y="")
+    return figure
+
+
 def _collisions(axes: Axes, rows: Sequence[Row], names: Sequence[str], navigator: str, number: int) -> None:
     """Rates of one navigator as marks; ours with a bar to the upper bound."""
     own = [row for row in rows if row["navigator"] == navigator]
