@@ -75,7 +75,7 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
         title=_title([a["name"] for a in aims], among_peers),
         lead=[_SAME, _AIMS if among_peers else _PARTS],
         command=command,
-        tables=_tables(result, among_peers),
+        tables=_tables(rows, pooled, aims if among_peers else None),
         pictures=pictures,
         remarks=_remarks(result, among_peers),
     )
@@ -93,16 +93,14 @@ def _worded(condition: str) -> str:
     return conditions()[condition].description
 
 
-def _tables(result: Mapping[str, Any], among_peers: bool) -> list[dict[str, Any]]:
+def _tables(rows: Sequence[Row], pooled: Sequence[Row], aims: Sequence[Row] | None) -> list[dict[str, Any]]:
     from sidestep.studies.opponents import contestants
 
-    rows, pooled = result["conditions"], result["pooled"]
     tables: list[dict[str, Any]] = []
-    if among_peers:
-        aims = [_aim(aim, rows) for aim in result["aims"]]
-        tables.append({"title": "What was aimed at", "header": list(_AIMED), "rows": aims})
-    tables.append({"title": "Over all conditions", "header": list(_OVERALL), "rows": [_whole(row) for row in pooled]})
-    parts = [row["navigator"] for row in pooled if _kind(row["navigator"]) == "ablation"]
+    if aims is not None:
+        tables.append({"title": "What was aimed at", "header": _AIMED, "rows": [_aim(aim, rows) for aim in aims]})
+    tables.append({"title": "Over all conditions", "header": _OVERALL, "rows": [_whole(row) for row in pooled]})
+    parts = [row["navigator"] for row in pooled if row["kind"] == "ablation"]
     if parts:
         told = [[name, contestants()[name].description] for name in parts]
         tables.append({"title": "Ours with one part taken away", "header": ["navigator", "what differs"], "rows": told})
@@ -122,7 +120,7 @@ def _kind(navigator: str) -> str:
 def _shown(pooled: Sequence[Row]) -> list[str]:
     """Five navigators whom the figure by condition has room for: ours, opponents, and ablations where these are few."""
     order = ("ours", "opponent", "ablation")
-    return sorted((row["navigator"] for row in pooled), key=lambda name: order.index(_kind(name)))[:5]
+    return [row["navigator"] for row in sorted(pooled, key=lambda row: order.index(row["kind"]))][:5]
 
 
 def _aim(aim: Row, rows: Sequence[Row]) -> list[Any]:
@@ -153,11 +151,11 @@ def _whole(row: Row) -> list[Any]:
 
 
 def _remarks(result: Mapping[str, Any], among_peers: bool) -> list[str]:
+    if not among_peers:
+        return ["Where a condition had fewer episodes, these are the first ones of it, the same for everybody."]
     aims = result["aims"]
     safe, fast = sum(a["safe"] for a in aims), sum(bool(a["fast"]) for a in aims)
     judged = sum(a["fast"] is not None for a in aims)
-    if not among_peers:
-        return ["Where a condition had fewer episodes, these are the first ones of it, the same for everybody."]
     lines = [
         f"The bound on moving contacts is reached in {safe} of {len(aims)} conditions, the time in {fast} of {judged}"
         + ("; in the others no opponent collides in less than 20 %." if judged < len(aims) else "."),

@@ -78,9 +78,10 @@ def replay_figure(rows: Sequence[Row]) -> Figure:
     drivers = sorted(dict.fromkeys(r["navigator"] for r in rows), key=lambda name: name != OURS)
     figure = new_figure(3.4 * len(files) + 1.2, 3.8)
     panels = figure.subplots(1, len(files), sharex=True, sharey=True, squeeze=False)[0]
-    highest = max((r["collision_moving_upper99"] for r in rows if r["time_ratio"] is not None), default=1.0)
+    arrived = [r for r in rows if r["time_ratio"] is not None]
+    highest = max((r["collision_moving_upper99"] for r in arrived), default=1.0)
     for axes, file in zip(panels, files, strict=True):
-        for r in (r for r in rows if r["file"] == file and r["time_ratio"] is not None):
+        for r in (r for r in arrived if r["file"] == file):
             n = drivers.index(r["navigator"])
             tint = ROBOT if r["navigator"] == OURS else PEOPLE[(n - 1) % len(PEOPLE)]
             above = r["collision_moving_upper99"] - r["collision_moving"]
