@@ -13,6 +13,7 @@ from made_masses import person, still_person
 from made_people import draw_encounter, predicted
 from sidestep._kernels import blocks, risk, risk_along, risk_profile, risk_raster
 from sidestep.prediction.collision import PersonMass, RiskField, RiskRasters, all_in_reach
+from sidestep.prediction.profiles import profile_of
 
 PLACES = st.tuples(st.floats(-2, 3), st.floats(-2, 2))
 
@@ -60,12 +61,24 @@ def test_blob_in_ball(d):
 def test_profile_follows_its_mixture():
     weights, sigmas = np.array([0.2, 0.5, 0.3]), np.array([[0.03, 0.1, 0.9], [0.0, 0.3, 0.3]])
     table = risk_profile.blob_table(2)
-    samples, grids = risk_profile.profiles(0.7, weights, sigmas, table)
+    samples, grids = profile_of(0.7, weights, sigmas, 2)
     for b in (0, 1):
         for d in np.linspace(0, 6, 241):
             expected = risk_profile.mixture(d, 0.7, weights, sigmas[b], table)
             slack = 1e-3 if b == 0 or abs(d - 0.7) > 0.02 else 0.3  # a step is drawn over its neighbourhood
             assert risk_profile.profile_value(d, samples[b], grids[b]) == pytest.approx(expected, abs=slack)
+
+
+def test_profiles_of_other_weights_and_radii_are_their_own():
+    sigmas, table = np.array([[0.1, 0.4], [0.2, 0.9]]), risk_profile.blob_table(2)
+    for weights in (np.array([1.0, 0.0]), np.array([0.25, 0.75])):
+        for radius in (0.5, 0.8):
+            for kernel in (risk_profile.mixed_profiles, risk_profile.mixed_profiles.py_func):
+                apart, grids = risk_profile.class_profiles(radius, sigmas, table)
+                known, known_grids = profile_of(radius, weights, sigmas, 2)
+                assert kernel(weights, apart) == pytest.approx(np.tensordot(weights, apart, 1), abs=1e-15)
+                assert known == pytest.approx(kernel(weights, apart), abs=1e-15)
+                assert np.array_equal(known_grids, grids)
 
 
 @pytest.mark.parametrize("position", [(0.4,), (0.4, 0.1), (0.4, 0.1, -0.3)])
@@ -120,6 +133,25 @@ def test_rasters_hold_the_raster_of_every_half_instant():
     assert (
         not field(person(horizon=3, position=(50.0, 0.0))).rasters(np.zeros(2), 0.125, all_in_reach(3, 4, 2)).some.any()
     )
+
+
+def test_rasters_are_drawn_once_where_one_look_covers_another():
+    people, origin = field(person(horizon=3, position=(0.9, 0.1)), distances=0.6), np.array([0.1, -0.2])
+    narrow, wide = all_in_reach(3, 2, 2), all_in_reach(3, 4, 2)
+    first = people.rasters(origin, 0.125, narrow)
+    whole = people.rasters(origin, 0.125, wide)
+    assert whole is not first
+    assert whole.boxes is wide
+    assert people.rasters(origin, 0.125, narrow) is whole
+    assert people.rasters(origin, 0.25, narrow) is not whole
+    assert people.rasters(origin + 0.1, 0.125, narrow) is not whole
+    assert people.rasters(origin, 0.125, narrow, limit=0.3) is not whole
+    anew = people.draw(origin, 0.125, narrow)
+    for b in range(1, 7):
+        small, large = (r.values[r.starts[b] : r.starts[b + 1]].reshape(r.boxes[1][b]) for r in (anew, whole))
+        at = anew.boxes[0][b] - whole.boxes[0][b]
+        part = large[tuple(slice(a, a + n) for a, n in zip(at, small.shape, strict=True))]
+        assert part == pytest.approx(small, abs=1e-6)
 
 
 @given(place=PLACES, block=st.integers(1, 6), small=st.floats(0.1, 1.0), more=st.floats(0.0, 0.5), spread=st.booleans())
@@ -211,8 +243,7 @@ def test_kernels_without_compilation_agree():
     compiled, plain = risk.compact(*arguments, 1e-4), risk.compact.py_func(*arguments, 1e-4)
     for a, b in zip(compiled, plain, strict=True):
         assert a == pytest.approx(b)
-    table = risk_profile.blob_table(2)
-    samples, grids = risk_profile.profiles(0.6, someone.weights, someone.sigmas, table)
+    samples, grids = profile_of(0.6, someone.weights, someone.sigmas, 2)
     near = risk.mass_near(points, instants, *arguments, *someone.spans, samples, grids)
     assert risk.mass_near.py_func(points, instants, *arguments, *someone.spans, samples, grids) == pytest.approx(near)
     path = np.array([[0.0, -0.2], [0.3, 0.1], [0.5, 0.1]])

@@ -11,12 +11,12 @@ import pytest
 from scipy.stats import ncx2
 
 from sidestep._kernels import push, push_evenly, push_horizon, push_sections, push_walled
-from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.sweep_marks import WORD
 from sidestep.human.goals import DirectionGoal, PointGoal
 from sidestep.human.model import HumanModel
 from sidestep.human.policy import words_of
 from sidestep.prediction.occupancy import Removal, frame_of, predict
+from sidestep.prediction.profiles import profile_of
 
 CENTRE = 3
 WIDTH = 2 * CENTRE + 1
@@ -193,7 +193,7 @@ def test_what_touches_the_robot_is_removed(d: int, spread: bool, monkeypatch: py
     share = (gap < 0.5).astype(float)
     samples, grids = np.zeros((1, 0)), np.zeros((1, 4))
     if spread:
-        samples, grids = profiles(0.5, np.ones(1), np.full((2, 1), 0.2), blob_table(d))
+        samples, grids = profile_of(0.5, np.ones(1), np.full((2, 1), 0.2), d)
         share = ncx2.cdf((0.5 / 0.2) ** 2, d, (gap / 0.2) ** 2)
     for plain, (tell, remove) in enumerate(
         zip(both(push_sections.contact_shares), both(push_sections.remove_contact), strict=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep.lattice import Lattice
 from sidestep.lazily import lazy
 from sidestep.mind import Mind
@@ -16,6 +15,7 @@ from sidestep.obstacles import Obstacles
 from sidestep.prediction.collision import PersonMass
 from sidestep.prediction.ground import Ground
 from sidestep.prediction.occupancy import Prediction, Removal, Workspace, frame_of, predict_on
+from sidestep.prediction.profiles import Profile, profile_of
 from sidestep.types import BoolArray, FloatArray, Path
 
 NEAR_MARGIN = 0.05
@@ -116,15 +116,15 @@ class Subject:
             return Removal(distance=self.contact)
         weights, sigmas = self.spread
         at_steps = np.ascontiguousarray(sigmas[::2])
-        profile = profiles(self.contact, weights, at_steps, blob_table(self.mind.position.size))
+        profile = profile_of(self.contact, weights, at_steps, self.mind.position.size)
         return Removal(distance=self.contact, weights=weights, sigmas=at_steps, profile=profile)
 
     @lazy
-    def profile(self) -> tuple[FloatArray, FloatArray] | None:
-        """P(nearer than the clearance | distance to the cell) at half instants, see `risk_profile.profiles`."""
+    def profile(self) -> Profile | None:
+        """P(nearer than the clearance | distance to the cell) at half instants."""
         if self.spread is None:
             return None
-        return profiles(self.clearance, *self.spread, blob_table(self.mind.position.size))
+        return profile_of(self.clearance, *self.spread, self.mind.position.size)
 
     @lazy
     def ground(self) -> Ground:

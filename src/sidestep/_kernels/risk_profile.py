@@ -127,27 +127,24 @@ def mixture(distance: float, radius: float, weights: FloatArray, sigmas: FloatAr
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def profiles(
-    radius: float, weights: FloatArray, sigmas: FloatArray, table: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Tabulate the mixture of one person for each half instant, densely around the ball's surface.
+def class_profiles(radius: float, sigmas: FloatArray, table: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Tabulate F of every class of one person for each half instant, densely around the ball's surface.
 
     Args:
         radius: m.
-        weights: (C,) of the classes.
         sigmas: (B, C) m.
         table: of `blob_table`.
 
     Returns:
-        samples (B, SAMPLES) and grids (B, 4), see `profile_value`.
+        samples (C, B, SAMPLES) and grids (B, 4), see `profile_value`.
     """
-    blocks = sigmas.shape[0]
-    samples = np.zeros((blocks, SAMPLES))
+    blocks, classes = sigmas.shape
+    samples = np.zeros((classes, blocks, SAMPLES))
     grids = np.empty((blocks, 4))
     distances = np.empty(SAMPLES)
     for b in range(blocks):
         finest, widest = np.inf, 0.0
-        for c in range(weights.size):
+        for c in range(classes):
             finest = min(finest, sigmas[b, c])
             widest = max(widest, sigmas[b, c])
         finest = min(max(finest, 0.01 * radius), radius)
@@ -159,11 +156,22 @@ def profiles(
         for i in range(SAMPLES):
             t = first + i * step
             distances[i] = max(0.0, radius + scale * t / (1.0 - abs(t)))
-        for c in range(weights.size):
-            if weights[c] > 0.0:
-                add_class(distances, radius, weights[c], sigmas[b, c], table, samples[b])
-        samples[b, SAMPLES - 1] = 0.0
+        for c in range(classes):
+            add_class(distances, radius, 1.0, sigmas[b, c], table, samples[c, b])
+            samples[c, b, SAMPLES - 1] = 0.0
     return samples, grids
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mixed_profiles(weights: FloatArray, samples: FloatArray) -> FloatArray:
+    """Return Σ_c weights[c]·samples[c], (B, SAMPLES) of `class_profiles`."""
+    out = np.zeros(samples.shape[1:])
+    total = out.reshape(-1)
+    for c in range(weights.size):
+        one = samples[c].reshape(-1)
+        for i in range(np.uintp(total.size)):
+            total[i] += weights[c] * one[i]
+    return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

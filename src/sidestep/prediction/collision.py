@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from sidestep._kernels.risk import mass_near, mass_within
 from sidestep._kernels.risk_along import mass_near_along, mass_within_along
-from sidestep._kernels.risk_profile import blob_table, profiles
+from sidestep._kernels.risk_profile import blob_table
 from sidestep._kernels.risk_raster import rasterise_all
 from sidestep.lazily import lazy
 from sidestep.prediction.person_mass import PersonMass, active_axes, embedded, embedded_point
+from sidestep.prediction.profiles import profile_of
 from sidestep.types import FloatArray, IntArray, Path
 
 Clouds = tuple[FloatArray, FloatArray, IntArray, FloatArray, FloatArray, FloatArray]
@@ -111,7 +112,7 @@ class RiskField:
         return values.reshape((2 * radius + 1,) * d)
 
     def rasters(self, origin: FloatArray, spacing: float, boxes: Boxes, limit: float = 0.02) -> RiskRasters:
-        """Return the probability at all places of a lattice that lie in the `boxes` of the half instants.
+        """Return the probability at all places of a lattice that lie in the `boxes` of the half instants, or in more.
 
         Args:
             origin: (d,) m, cell 0.
@@ -119,12 +120,25 @@ class RiskField:
             boxes: lowest cells (B, 3) and numbers of cells (B, 3); see `all_in_reach`.
             limit: the risk limit that the rasters shall serve; tails of 2 % of it are left out per person.
         """
+        key = origin.tobytes(), spacing, limit
+        known = self._drawn.get(key)
+        if known is None or not known.cover(boxes):
+            known = self._drawn[key] = self.draw(origin, spacing, boxes, limit)
+        return known
+
+    def draw(self, origin: FloatArray, spacing: float, boxes: Boxes, limit: float = 0.02) -> RiskRasters:
+        """Return the `rasters` of just these boxes, made anew."""
         d = len(origin)
         values, starts, some = rasterise_all(
             *self._clouds(0.02 * limit), embedded_point(origin), spacing, active_axes(d), blob_table(d), limit,
             self.has_midway, *boxes,
         )  # fmt: skip
         return RiskRasters(values=values, starts=starts, some=some, boxes=boxes)
+
+    @lazy
+    def _drawn(self) -> dict[tuple[bytes, float, float], RiskRasters]:
+        """What `rasters` has drawn last, by where and for which limit: a graded search looks where another has."""
+        return {}
 
     @lazy
     def _listed(self) -> dict[float, Clouds]:
@@ -193,6 +207,11 @@ class RiskRasters:
     some: NDArray[np.bool_]
     boxes: Boxes
 
+    def cover(self, boxes: Boxes) -> bool:
+        """Whether everything in these boxes is here."""
+        (low, size), (first, count) = self.boxes, boxes
+        return bool((low <= first).all() and (first + count <= low + size).all())
+
     @classmethod
     def nobody(cls, boxes: Boxes) -> RiskRasters:
         """Return the rasters of an empty world."""
@@ -241,7 +260,7 @@ class _Blurred:
             assert person.sigmas is not None
             sigmas = np.ascontiguousarray(person.sigmas, dtype=np.float64)
             weights = np.ascontiguousarray(person.weights, dtype=np.float64)
-            profile = profiles(distance, weights, sigmas, blob_table(person.lattice.dimension))
+            profile = profile_of(distance, weights, sigmas, person.lattice.dimension)
         mass = person.flat, person.offsets, person.radii, person.spacings
         self._arguments = *mass, *person.frame, *person.spans, *profile
 

@@ -12,6 +12,7 @@ import numpy as np
 from sidestep._kernels.risk import EXACT, compact, row_spans
 from sidestep.lattice import Lattice
 from sidestep.lazily import lazy
+from sidestep.prediction.profiles import Profile
 from sidestep.types import FloatArray, IntArray, sealed
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ class PersonMass:
         offsets: (B+1,) where the blocks start; radii: (B,) cells from the anchor to each face; B = 2N+1.
             An empty block (midway not predicted) has offsets[b] == offsets[b+1].
         weights: (C,) probabilities of the spread classes; sigmas: (B, C) m. None: no spread.
-        profile: of `risk_profile.profiles` for the distance that the risk asks for; None: made when asked.
+        profile: of `profile_of` for the distance that the risk asks for; None: made when asked.
     """
 
     lattice: Lattice
@@ -37,7 +38,7 @@ class PersonMass:
     radii: IntArray
     weights: FloatArray | None = None
     sigmas: FloatArray | None = None
-    profile: tuple[FloatArray, FloatArray] | None = None
+    profile: Profile | None = None
 
     @classmethod
     def of(
@@ -49,7 +50,7 @@ class PersonMass:
         reach: int = 2,
         weights: FloatArray | None = None,
         sigmas: FloatArray | None = None,
-        profile: tuple[FloatArray, FloatArray] | None = None,
+        profile: Profile | None = None,
     ) -> PersonMass:
         """Collect the mass at steps (N+1, cells…; radius reach·N) and midway (N arrays, radius reach·(2k+1)).
 
@@ -82,7 +83,7 @@ class PersonMass:
         *,
         weights: FloatArray | None = None,
         sigmas: FloatArray | None = None,
-        profile: tuple[FloatArray, FloatArray] | None = None,
+        profile: Profile | None = None,
     ) -> PersonMass:
         """Collect the mass of a `Prediction`; `weights` (C,), `sigmas` (2N+1, C) m and `profile` as for the class."""
         return cls(

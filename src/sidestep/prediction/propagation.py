@@ -9,13 +9,13 @@ import numpy as np
 from sidestep._kernels.push_evenly import add_midway
 from sidestep._kernels.push_horizon import Behaviour, Conditions, propagate
 from sidestep._kernels.push_sections import contact_shares
-from sidestep._kernels.risk_profile import blob_table, profiles
 from sidestep._kernels.sweep_choices import Choices
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import danger_terms
 from sidestep.human.intent import Intent
 from sidestep.human.policy import GoalPolicy, policy_of, undisturbed, words_of
 from sidestep.prediction.ground import Ground
+from sidestep.prediction.profiles import Profile, profile_of
 from sidestep.prediction.workspace import Constants, Results, Workspace
 from sidestep.types import FloatArray, IntArray
 
@@ -31,13 +31,13 @@ class Removal:
         distance: m between centres; contact is anything nearer.
         weights: (C,) of the Gaussians that spread the person's position around the lattice, or None: nothing does.
         sigmas: (N+1, C) m, their standard deviations at k = 0..N; the share removed is then P(nearer than `distance`).
-        profile: of `risk_profile.profiles` for these, where it is known already.
+        profile: of `profile_of` for these, where it is known already.
     """
 
     distance: float
     weights: FloatArray | None = None
     sigmas: FloatArray | None = None
-    profile: tuple[FloatArray, FloatArray] | None = None
+    profile: Profile | None = None
 
 
 _NO_ACTIONS = np.zeros(0)
@@ -224,7 +224,7 @@ def _conditions(
     )
 
 
-def _contact_profiles(removal: Removal, horizon: int, dimension: int) -> tuple[FloatArray, FloatArray]:
+def _contact_profiles(removal: Removal, horizon: int, dimension: int) -> Profile:
     if removal.weights is None or removal.sigmas is None:
         return _NOT_SPREAD
     sigmas = np.ascontiguousarray(removal.sigmas, dtype=np.float64)
@@ -233,4 +233,4 @@ def _contact_profiles(removal: Removal, horizon: int, dimension: int) -> tuple[F
         raise InvalidInput("removal.sigmas", sigmas.shape, f"({horizon + 1}, {weights.size})")
     if removal.profile is not None:
         return removal.profile
-    return profiles(float(removal.distance), weights, sigmas, blob_table(dimension))
+    return profile_of(float(removal.distance), weights, sigmas, dimension)

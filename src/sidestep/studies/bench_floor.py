@@ -136,7 +136,7 @@ class _Scene:
 
     def raster(self) -> None:
         """The risk over the robot's lattice."""
-        self._people.rasters(self._problem.start, self._maps.spacing, self._maps.rasters.boxes)
+        self._people.draw(self._problem.start, self._maps.spacing, self._maps.rasters.boxes)
 
     def raster_work(self) -> tuple[float, float]:
         """Every mass is read and every place of the map written once; a difference and a sum per place."""

@@ -1,0 +1,35 @@
+"""P(nearer than a radius | distance to the cell) of people whose position is spread around it, tabulated.
+
+A profile is (samples, grids), see `_kernels.risk_profile.profile_value`: one line of samples for each instant.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from sidestep._kernels.risk_profile import blob_table, class_profiles, mixed_profiles
+from sidestep.types import FloatArray
+
+Profile = tuple[FloatArray, FloatArray]
+
+
+def profile_of(radius: float, weights: FloatArray, sigmas: FloatArray, dimension: int) -> Profile:
+    """Tabulate the mixture of one person.
+
+    Args:
+        radius: m, nearer than which counts.
+        weights: (C,) of the spread classes.
+        sigmas: (B, C) m, at B instants.
+        dimension: of space.
+    """
+    samples, grids = _apart(radius, sigmas.tobytes(), weights.size, dimension)
+    return mixed_profiles(weights, samples), grids
+
+
+@lru_cache(maxsize=32)  # seconds after first being seen, walking or standing: that is what σ depends on
+def _apart(radius: float, sigmas: bytes, classes: int, dimension: int) -> Profile:
+    """Each class by itself (C, B, ·), whose weights alone are learned: σ at an instant rarely changes."""
+    apart = np.frombuffer(sigmas).reshape(-1, classes).copy()
+    return class_profiles(radius, apart, blob_table(dimension))
