@@ -18,7 +18,7 @@ from sidestep._kernels import search as kernel
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import distance_to_goal
 from sidestep.planning.problem import LAG, PlanningProblem
-from sidestep.planning.search import search
+from sidestep.planning.search import Outlook, search
 from sidestep.planning.search_maps import lattice_taps, prepare, resolution
 from sidestep.prediction.collision import RiskField, all_in_reach
 from sidestep.prediction.first_step import FirstStep
@@ -291,6 +291,38 @@ def test_what_the_search_calls_feasible_respects_the_exact_limit(x, y, heading, 
     if found.feasible:
         assert given_.allows(found.path)
         assert people.along(found.path).max() <= limit * (1 + 1e-5)
+
+
+@given(
+    x=st.floats(0.8, 2.5), y=st.floats(-0.8, 0.8), heading=st.floats(-3.1, 3.1), graded=st.booleans(),
+    needed=st.sampled_from([0.0, 1e-3, 0.3, 5.0, np.inf]), rule=st.sampled_from(["mass", "trajectory"]),
+)  # fmt: skip
+@options(max_examples=40)
+def test_how_far_searches_had_to_look_changes_nothing_that_is_found(x, y, heading, graded, needed, rule):
+    def found(outlook):
+        people = RiskField(people=[person(horizon=4, position=(x, y), heading=heading)], distances=np.array([0.7]))
+        return search(problem(horizon=4, people=people, rule=rule, graded=graded, risk_limit=0.05), outlook=outlook)
+
+    outlook = Outlook()
+    outlook.saw(graded, needed)
+    plain, told = found(None), found(outlook)
+    assert told.feasible == plain.feasible
+    assert told.cost == pytest.approx(plain.cost, rel=1e-6)
+    assert told.path == pytest.approx(plain.path, abs=1e-9)
+
+
+def test_search_looks_as_far_at_once_as_the_last_had_to():
+    people = RiskField(people=[still_person(6, (1.5, 0.02))], distances=np.array([0.7]))
+    given_, outlook = problem(horizon=6, people=people), Outlook()
+    for _ in range(3):
+        found = search(given_, outlook=outlook)
+        detour = found.cost - search(replace(given_, people=None)).cost
+        assert outlook.slack(False) == pytest.approx(1.6 * detour, rel=1e-3)
+        assert outlook.slack(True) == 0.0
+        assert prepare(given_, outlook.slack(False)).slack >= detour
+    in_the_way = RiskField(people=[still_person(4, (0.05, 0.0))], distances=np.array([0.7]))
+    assert not search(problem(horizon=4, people=in_the_way, max_speed=1.5), outlook=outlook).feasible
+    assert outlook.slack(False) == np.inf
 
 
 def test_mirrored_world_gives_the_mirrored_plan():

@@ -119,7 +119,7 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
 
 
 def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
-    found = search(problem)
+    found = search(problem, outlook=now.outlook)
     if not found.feasible:
         return None
     now.check()

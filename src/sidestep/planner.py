@@ -26,6 +26,7 @@ from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import DistanceField, distance_to_goal
 from sidestep.planning.pace import Pace
 from sidestep.planning.plan import Plan, stopped_plan
+from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
@@ -65,6 +66,7 @@ class Planner:
         self.obstacles = obstacles or None  # a map without walls is no map
         self.settings = _settled(settings, changes)
         self._crew = Crew(self.settings.threads)
+        self._outlook = Outlook()
         self._afterwards = Afterwards()
         self._pace = Pace()
         self._minds: dict[str, Mind] = {}
@@ -191,6 +193,7 @@ class Planner:
             everybody=everybody_of(tuple(self._minds.values()), around),
             field=self._field,
             crew=self._crew,
+            outlook=self._outlook,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
             wish=wanted,
         )

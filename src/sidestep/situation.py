@@ -18,6 +18,7 @@ from sidestep.planning.anticipate import carried_forward, extended, straight
 from sidestep.planning.geodesic import DistanceField
 from sidestep.planning.plan import Plan
 from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import Robot, RobotState
 from sidestep.subjects import Circumstances, Subject
@@ -38,7 +39,7 @@ class Situation:
         time: s, now; robot: the base; state: of it; start: (d,) m, the point that planning moves; goal: (d,) m.
         settings: of the planner; around: what holds for everybody; everybody: who counts.
         field: walking distance to the goal around walls, or None.
-        crew: who predicts.
+        crew: who predicts; outlook: how far searches look at first.
         stop_by: s on the wall clock (`perf_counter`) after which no kernel is started; inf without a deadline.
         wish: (d,) m/s, a velocity that another controller asks for, or None.
     """
@@ -53,6 +54,7 @@ class Situation:
     everybody: tuple[Subject, ...]
     field: DistanceField | None
     crew: Crew
+    outlook: Outlook
     stop_by: float = math.inf
     wish: Vector | None = None
 

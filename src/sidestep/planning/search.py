@@ -17,6 +17,27 @@ ENOUGH = 16.0
 """How many times wider a second look may be to be the last one."""
 WIDER = 8.0
 """How many times wider it is otherwise."""
+AHEAD = 1.6
+"""How many times farther than was needed the next search looks at first."""
+
+
+class Outlook:
+    """How far searches had to look of late, so that the next ones look as far at once.
+
+    A motion past somebody costs about as much more than the cheapest without risk as it did a moment ago. How fast a
+    search is depends on this, what it finds does not.
+    """
+
+    def __init__(self) -> None:
+        self._needed = {False: 0.0, True: 0.0}  # by whether the limits are graded
+
+    def slack(self, graded: bool) -> float:
+        """Return by how much the motions to look at first may cost more than the cheapest without risk."""
+        return AHEAD * self._needed[graded]
+
+    def saw(self, graded: bool, needed: float) -> None:
+        """Remember by how much what was found costs more than the cheapest without risk; inf: there was nothing."""
+        self._needed[graded] = needed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,32 +59,33 @@ class SearchResult:
     maps: SearchMaps
 
 
-def search(problem: PlanningProblem, maps: SearchMaps | None = None) -> SearchResult:
+def search(problem: PlanningProblem, maps: SearchMaps | None = None, outlook: Outlook | None = None) -> SearchResult:
     """Find the cheapest admissible sequence of lattice actions; never raises for want of one.
 
     The risk on the lattice is a raster; the path found is judged by the exact risk, and where the two differ by so much
     that the limit is passed, the search is repeated with a smaller limit.
     """
-    maps = prepare(problem) if maps is None else again(problem, maps)
+    outlook = outlook or Outlook()
+    maps = prepare(problem, outlook.slack(problem.graded)) if maps is None else again(problem, maps)
     if problem.rule == "trajectory" and not problem.graded:
-        return _within_total(problem, maps)
+        return _within_total(problem, maps, outlook)
     limit = 0.5 if problem.rule == "cells" else problem.risk_limit
-    result = _solve(problem, maps, limit, problem.soft_risk_weight)
+    result = _solve(problem, maps, limit, problem.soft_risk_weight, outlook)
     for _ in range(2):
         worst = float(result.risk.max(initial=0.0))
         if problem.graded or not result.feasible or respects(result.risk, problem.rule, problem.risk_limit):
             return result
         limit *= min(0.8, limit / worst)
-        result = _solve(problem, result.maps, limit, problem.soft_risk_weight)
+        result = _solve(problem, result.maps, limit, problem.soft_risk_weight, outlook)
     if not respects(result.risk, problem.rule, problem.risk_limit):
         return replace(result, feasible=False, cost=math.inf)
     return result
 
 
-def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
+def _within_total(problem: PlanningProblem, maps: SearchMaps, outlook: Outlook) -> SearchResult:
     """Rule `trajectory`: raise the price of risk until its sum fits, then lower it as far as that holds."""
     low, price = 0.0, problem.soft_risk_weight
-    best = trial = _solve(problem, maps, problem.risk_limit, price)
+    best = trial = _solve(problem, maps, problem.risk_limit, price, outlook)
     if not best.feasible or respects(best.risk, "trajectory", problem.risk_limit):
         return best
     found: SearchResult | None = None
@@ -71,7 +93,7 @@ def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
     step = max(float(maps.stage.max()), 1e-6)
     for _ in range(14):
         price = low + step if found is None else 0.5 * (low + high)
-        trial = _solve(problem, trial.maps, problem.risk_limit, price)
+        trial = _solve(problem, trial.maps, problem.risk_limit, price, outlook)
         if trial.feasible and respects(trial.risk, "trajectory", problem.risk_limit):
             if found is None or trial.cost <= found.cost:
                 found = trial
@@ -82,7 +104,7 @@ def _within_total(problem: PlanningProblem, maps: SearchMaps) -> SearchResult:
     return found if found is not None else replace(best, feasible=False, cost=math.inf)
 
 
-def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float) -> SearchResult:
+def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float, outlook: Outlook) -> SearchResult:
     """The cheapest motion on the lattice, and the exact evaluation of it.
 
     What is looked at is widened until nothing that is left out can be cheaper than what was found.
@@ -96,6 +118,7 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
         maps = within(problem, maps, slack if 0.0 < slack < 0.25 * dearest else math.inf)
         total = _look(problem, maps, limit, weight, path)
     feasible = math.isfinite(total)
+    outlook.saw(problem.graded, total - maps.least if feasible else math.inf)
     risk = problem.risk_along(path)
     cost = problem.cost(path, risk) if feasible else math.inf
     return SearchResult(path=path, feasible=feasible, cost=cost, risk=risk, maps=maps)

@@ -65,8 +65,8 @@ class SearchMaps:
     rasters: RiskRasters
 
 
-def prepare(problem: PlanningProblem) -> SearchMaps:
-    """Lay the lattice around the robot and put goal costs, walls and risk on it."""
+def prepare(problem: PlanningProblem, slack: float = 0.0) -> SearchMaps:
+    """Lay the lattice around the robot and put goal costs, walls and risk on it; look at least as far as `slack`."""
     d = problem.dimension
     radius = problem.resolution or resolution(problem.horizon, d, problem.shape)
     spacing = problem.max_speed * problem.time_step / radius
@@ -79,7 +79,7 @@ def prepare(problem: PlanningProblem) -> SearchMaps:
     terminal = np.float32(problem.terminal_weight) * stage
     first = _first_costs(problem, velocities)
     to_go = costs_to_go(problem.horizon, radius, active, moves, effort, stage, terminal, blocked)
-    slack = first_slack(problem, stage, radius)
+    slack = max(first_slack(problem, stage, radius), slack)
     least, boxes, rasters = _look(problem, spacing, radius, moves, effort, first, stage, blocked, to_go, slack)
     return SearchMaps(
         taps=lattice_taps(radius, d, problem.shape),
