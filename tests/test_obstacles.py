@@ -11,6 +11,7 @@ from hypothesis import settings as options
 from hypothesis import strategies as st
 
 from sidestep._kernels import walls as kernels
+from sidestep._kernels.search_maps import wall_box
 from sidestep.errors import InvalidInput
 from sidestep.lattice import Lattice
 from sidestep.obstacles import SEGMENT_STEP, Obstacles, OccupancyGrid
@@ -80,13 +81,30 @@ def test_walls_of_both_kinds_count():
     assert both.distance(points) == pytest.approx(apart)
 
 
-@given(place=PLACE, margin=st.floats(-0.3, 1.5))
+@given(place=st.tuples(st.floats(-7, 9), st.floats(-7, 9)), margin=st.floats(-0.3, 5.0))
 @options(max_examples=100)
 def test_free_is_distance_at_least_margin(place, margin):
     for walls in (Obstacles(polygons=[HOOK]), Obstacles(grid=some_grid())):
         gap = float(walls.distance(place)) - margin
         if abs(gap) > 1e-9:
             assert bool(walls.free(place, margin)) == (gap > 0)
+
+
+@given(
+    x=st.floats(-8, 10), y=st.floats(-8, 10), spacing=st.floats(0.02, 0.5), margin=st.floats(-0.3, 4.0),
+    half=st.sampled_from([(0, 3, 25), (0, 17, 8), (6, 9, 2)]), mapped=st.booleans(),
+)  # fmt: skip
+@options(max_examples=80)
+def test_box_of_walls_is_distance_below_the_margin_at_every_place(x, y, spacing, margin, half, mapped):
+    """Near walls and far from them, on the samples and off them, margins wider than these reach included."""
+    walls = Obstacles(polygons=[HOOK], grid=some_grid() if mapped else None)
+    origin = np.array([x, y, 0.0]) if half[0] else np.array([0.0, x, y])
+    box = wall_box(origin, spacing, np.array(half), margin, *walls.shapes)
+    flat = half[:2] if half[0] else half[1:]
+    axes = [at + spacing * np.arange(-n, n + 1) for at, n in zip((x, y), flat, strict=True)]
+    gap = walls.distance(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)) - margin
+    gap = gap[:, :, None] if half[0] else gap[None]
+    assert ((box == (gap < 0)) | (np.abs(gap) < 1e-9)).all()
 
 
 @given(a=PLACE, b=PLACE, margin=st.floats(0, 0.6))

@@ -97,6 +97,37 @@ def test_short_horizon_gets_out_of_a_cul_de_sac_with_the_field():
     assert position == pytest.approx(GOAL, abs=0.11)
 
 
+def by_the_facing_edges(point, field):
+    """Shortest straight way to every second cell of the edges that face a place off the raster, and on from there."""
+    last = np.array(field.values.shape) - 1
+    where = (np.asarray(point) - field.corner) / field.spacing
+    ways = []
+    for axis in (0, 1):
+        if 0 <= where[axis] <= last[axis]:
+            continue
+        cells = np.zeros((last[1 - axis] // 2 + 1, 2), dtype=int)
+        cells[:, 1 - axis] = np.arange(0, last[1 - axis] + 1, 2)
+        cells[:, axis] = 0 if where[axis] < 0 else last[axis]
+        ways.append((field.spacing * np.linalg.norm(cells - where, axis=1) + field.values[tuple(cells.T)]).min())
+    return max(min(ways), np.hypot(*(point - field.goal)))
+
+
+@given(x=st.floats(-30, 30), y=st.floats(-30, 30))
+@options(max_examples=60)
+def test_off_the_raster_the_way_leads_over_an_edge_that_faces_the_place(x, y):
+    place = np.array([x, y])
+    inside = (place >= FIELD.corner) & (place <= FIELD.corner + FIELD.spacing * (np.array(FIELD.values.shape) - 1))
+    if not inside.all():
+        assert float(FIELD.at(place)) == pytest.approx(by_the_facing_edges(place, FIELD), abs=1e-9)
+
+
+def test_no_way_leads_through_the_raster_and_its_walls():
+    long = Obstacles(polygons=[[(0.0, -20.0), (0.2, -20.0), (0.2, 20.0), (0.0, 20.0)]])
+    field = distance_to_goal(long, (1.0, 0.0), margin=0.3)
+    for x in (-2.5, -6.0):  # on the raster, and off it
+        assert float(field.at((x, 0.0))) > np.hypot(x, 20.0) + 20.0
+
+
 def test_kernel_without_compilation_agrees():
     points = np.random.default_rng(3).uniform(-6, 9, (20, 2))
     arguments = (points, FIELD.values, FIELD.corner, FIELD.spacing, FIELD.goal)

@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sidestep._kernels.walls import free_points, free_segments, wall_distances
+from sidestep._kernels.walls import PAD, free_points, free_segments, wall_distances
 from sidestep.errors import InvalidInput
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray, VectorLike
@@ -145,13 +145,12 @@ class Obstacles:
         x0, y0, x1, y1 = self.bounds
         if not self.polygons and self.grid is None:
             return np.zeros((0, 0)), np.array([0.0, 0.0, 1.0])
-        pad = 2.0
-        spacing = max(0.05, math.sqrt((x1 - x0 + 2 * pad) * (y1 - y0 + 2 * pad) / 2e5))
-        xs = np.arange(x0 - pad, x1 + pad + spacing, spacing)
-        ys = np.arange(y0 - pad, y1 + pad + spacing, spacing)
+        spacing = max(0.05, math.sqrt((x1 - x0 + 2 * PAD) * (y1 - y0 + 2 * PAD) / 2e5))
+        xs = np.arange(x0 - PAD, x1 + PAD + spacing, spacing)
+        ys = np.arange(y0 - PAD, y1 + PAD + spacing, spacing)
         places = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
         values = wall_distances(places, *self._shapes).reshape(xs.size, ys.size)
-        return values, np.array([x0 - pad, y0 - pad, spacing])
+        return values, np.array([x0 - PAD, y0 - PAD, spacing])
 
 
 def _polygon(corners: FloatArray | Sequence[VectorLike], index: int) -> FloatArray:

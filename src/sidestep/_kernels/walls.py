@@ -12,6 +12,9 @@ from sidestep.types import FloatArray
 
 Occupied = NDArray[np.bool_]
 
+PAD = 2.0
+"""m around all walls in which samples of the signed distance are taken, see `distance_bounds`."""
+
 
 @njit(cache=True)
 def _polygon_distance(x: float, y: float, segments: FloatArray) -> float:
@@ -92,13 +95,18 @@ def wall_distances(
 
 
 @njit(cache=True)
-def nearest_sample(x: float, y: float, samples: FloatArray, corner: FloatArray) -> tuple[float, float]:
-    """Nearest sample of the signed distance and how far away it was taken; (0, inf) outside the samples."""
+def distance_bounds(x: float, y: float, samples: FloatArray, corner: FloatArray) -> tuple[float, float]:
+    """The signed distance to walls is at least and at most this, by the nearest of its samples.
+
+    It changes by at most the way gone. Samples are taken up to `PAD` around all walls: outside them it is farther.
+    """
     i = math.floor((x - corner[0]) / corner[2] + 0.5)
     j = math.floor((y - corner[1]) / corner[2] + 0.5)
     if i < 0 or j < 0 or i >= samples.shape[0] or j >= samples.shape[1]:
-        return 0.0, np.inf
-    return float(samples[i, j]), math.hypot(x - corner[0] - i * corner[2], y - corner[1] - j * corner[2])
+        return PAD, np.inf
+    away = math.hypot(x - corner[0] - i * corner[2], y - corner[1] - j * corner[2])
+    value = float(samples[i, j])
+    return value - away, value + away
 
 
 @njit(cache=True)
@@ -114,15 +122,15 @@ def free_points(
 ) -> Occupied:
     """Whether each point (M, 2) is at least `margin` from all walls.
 
-    The signed distance changes by at most the way gone, so the nearest of the `samples` decides for most points.
+    The nearest of the `samples` decides for most of them.
     """
     out = np.empty(points.shape[0], np.bool_)
     for m in range(points.shape[0]):
         x, y = points[m, 0], points[m, 1]
-        value, away = nearest_sample(x, y, samples, corner)
-        if value - away >= margin:
+        least, most = distance_bounds(x, y, samples, corner)
+        if least >= margin:
             out[m] = True
-        elif value + away < margin:
+        elif most < margin:
             out[m] = False
         else:
             out[m] = wall_distance(x, y, segments, grid, frame, sizes) >= margin
@@ -171,8 +179,7 @@ def free_segments(
         while True:
             t = at / length if length > 0.0 else 0.0
             x, y = starts[m, 0] + t * dx, starts[m, 1] + t * dy
-            value, away = nearest_sample(x, y, samples, corner)
-            room = value - away - margin
+            room = distance_bounds(x, y, samples, corner)[0] - margin
             if not room > step:
                 room = wall_distance(x, y, segments, grid, frame, sizes) - margin
             if not room >= 0.0:
@@ -207,13 +214,18 @@ def interpolate(
 
 @njit(cache=True)
 def _by_way_of_edge(u: float, v: float, values: FloatArray, spacing: float) -> float:
-    """Shortest straight way to a cell at the edge plus the value there; every second cell is tried."""
+    """Shortest straight way to a cell at the edges that face the point, plus the value there.
+
+    Every second cell is tried. The way to an edge behind them would lead through what the raster knows of walls.
+    """
     w, h = values.shape
     best = np.inf
-    for i in range(0, w, 2):
-        best = min(best, math.hypot(u - i, v) * spacing + values[i, 0])
-        best = min(best, math.hypot(u - i, v - h + 1) * spacing + values[i, h - 1])
-    for j in range(0, h, 2):
-        best = min(best, math.hypot(u, v - j) * spacing + values[0, j])
-        best = min(best, math.hypot(u - w + 1, v - j) * spacing + values[w - 1, j])
+    if u < 0.0 or u > w - 1:
+        i = 0 if u < 0.0 else w - 1
+        for j in range(0, h, 2):
+            best = min(best, math.sqrt((u - i) ** 2 + (v - j) ** 2) * spacing + values[i, j])
+    if v < 0.0 or v > h - 1:
+        j = 0 if v < 0.0 else h - 1
+        for i in range(0, w, 2):
+            best = min(best, math.sqrt((u - i) ** 2 + (v - j) ** 2) * spacing + values[i, j])
     return best
