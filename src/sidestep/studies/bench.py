@@ -13,12 +13,14 @@ import numpy as np
 from sidestep.errors import MissingExtra
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
+from sidestep.obstacles import Obstacles
 from sidestep.planner import Planner
 from sidestep.robots import Holonomic, RobotState
 from sidestep.simulation.navigators import Navigator
 from sidestep.types import FloatArray
 
 STEP = 0.5  # s, of all planners here
+DOORWAY = tuple(((x, 2.0), (side, 2.0), (side, 2.2), (x, 2.2)) for x, side in ((-8.0, -0.8), (8.0, 0.8)))  # m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +32,7 @@ class Case:
         horizon: steps; people: how many; dimension: d.
         goals: candidate goals per person: 1 is known, more are candidates.
         reach: largest action in cells; (2·reach + 1)^d actions.
+        doorway: the way leads through `DOORWAY`.
     """
 
     name: str
@@ -39,11 +42,13 @@ class Case:
     dimension: int = 2
     goals: int = 1
     reach: int = 2
+    doorway: bool = False
 
 
 CASES: tuple[Case, ...] = (
     Case(name="N = 5, one person", target=1.0, horizon=5),
     Case(name="N = 10, one person", target=5.0, horizon=10),
+    Case(name="N = 10, one person, a doorway", target=5.0, horizon=10, doorway=True),
     Case(name="N = 20, one person", target=20.0, horizon=20),
     Case(name="N = 50, one person", target=300.0, horizon=50),
     Case(name="N = 10, ten people", target=20.0, horizon=10, people=10),
@@ -130,6 +135,7 @@ def _planner(case: Case, **changes: Any) -> Planner:
         human=HumanModel(goals=goals, reach=case.reach),
         time_step=STEP,
         horizon=case.horizon,
+        obstacles=Obstacles(polygons=DOORWAY) if case.doorway else None,
         **changes,
     )
 
