@@ -63,7 +63,8 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
         timings.append(time_case(case, steps=max(20, steps // (8 if case.horizon >= 50 or case.people >= 50 else 1))))
     say("bench: other planners")
     peers, missing = time_peers(steps=steps)
-    same = time_case(Case(name="N = 15, one person", target=float("nan"), horizon=15), steps=steps)
+    fifteen = Case(name="N = 15, one person", target=float("nan"), horizon=15)
+    same = time_case(fifteen, steps=steps)
     say("bench: threads")
     threads = thread_ratios(encounters=2 if quick else 6)
     say("bench: growth")
@@ -82,6 +83,8 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
     if "ORCA" in peers:
         ratios["orca_over_sidestep_n5"] = peers["ORCA"].median / timings[0].median
     ratios |= threads
+    plain = {case.horizon: t.median for case, t in zip(CASES, timings, strict=True) if case.plain}
+    horizons = dict(sorted({**plain, fifteen.horizon: same.median}.items()))
     extra = {
         name: {"median_ms": t.median, "p95_ms": t.p95, "promises": PEER_PROMISES[name]} for name, t in peers.items()
     }
@@ -110,10 +113,7 @@ def measured(quick: bool, say: Any) -> dict[str, Any]:
         "exponents": exponents(growth),
         "growth": {k: [list(p) for p in v] for k, v in growth.items()},
         "deadline": overruns,
-        "over_horizon": {
-            "N": [5, 10, 15, 20, 50],
-            "ms": [timings[0].median, timings[1].median, same.median, timings[2].median, timings[3].median],
-        },
+        "over_horizon": {"N": list(horizons), "ms": list(horizons.values())},
     }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
@@ -43,6 +43,11 @@ class Case:
     goals: int = 1
     reach: int = 2
     doorway: bool = False
+
+    @property
+    def plain(self) -> bool:
+        """Whether only the horizon tells this case from the first one."""
+        return replace(self, name="", target=0.0) == Case(name="", target=0.0, horizon=self.horizon)
 
 
 CASES: tuple[Case, ...] = (
