@@ -17,32 +17,45 @@ CALLER = (
 )
 
 
-def test_compiled_code_is_kept_while_the_sources_are_and_dropped_after(tmp_path: Path) -> None:
-    (tmp_path / "a.py").write_text("a = 1\n")
-    assert forget_outdated(tmp_path)
-    compiled = [tmp_path / "__pycache__" / name for name in ("a.f-1.py311.nbi", "a.f-1.py311.1.nbc")]
-    other = tmp_path / "__pycache__" / "a.cpython-311.pyc"
-    for path in (*compiled, other):
+def test_only_what_changed_and_what_calls_it_is_compiled_again(tmp_path: Path) -> None:
+    sources = {
+        "__init__": "",
+        "inner": "x = 1\n",
+        "middle": "from package.inner import x\n",
+        "outer": "from package import (\n    middle,\n)\n",
+        "other": "import numpy\n",
+    }
+    for name, text in sources.items():
+        (tmp_path / f"{name}.py").write_text(text)
+    assert forget_outdated(tmp_path) == set(sources)
+    cache = tmp_path / "__pycache__"
+    compiled = {name: [cache / f"{name}.f-1.py311{end}" for end in (".nbi", ".1.nbc")] for name in sources}
+    plain = cache / "inner.cpython-311.pyc"
+    for path in (plain, *(p for pair in compiled.values() for p in pair)):
         path.write_text("")
-    assert not forget_outdated(tmp_path)
-    assert all(path.exists() for path in compiled)
-    for change in ("a = 2\nb = 3\n", None):
-        if change:
-            (tmp_path / "a.py").write_text(change)
-        else:
-            (tmp_path / "b.py").write_text("")
-        assert forget_outdated(tmp_path)
-        assert not any(path.exists() for path in compiled)
-        assert other.exists()
-        compiled[0].write_text("")
-    assert not forget_outdated(tmp_path)
+    assert forget_outdated(tmp_path) == set()
+    assert all(path.exists() for pair in compiled.values() for path in pair)
+    for changed, text, outdated in (
+        ("outer", "x = 2\n", {"outer"}),
+        ("outer", sources["outer"] + "\n", {"outer"}),
+        ("inner", "x = 17\n", {"inner", "middle", "outer"}),
+        ("new", "", {"new"}),
+    ):
+        (tmp_path / f"{changed}.py").write_text(text)
+        assert forget_outdated(tmp_path) == outdated
+        for name, pair in compiled.items():
+            assert [path.exists() for path in pair] == [name not in outdated] * 2
+            for path in pair:
+                path.write_text("")
+        assert forget_outdated(tmp_path) == set()
+    assert plain.exists()
 
 
 def test_a_folder_that_cannot_be_written_to_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "a.py").write_text("")
     (tmp_path / "__pycache__").write_text("a file where the folder would be")
-    assert forget_outdated(tmp_path)
-    assert forget_outdated(tmp_path)
+    assert forget_outdated(tmp_path) == {"a"}
+    assert forget_outdated(tmp_path) == {"a"}
 
 
 def test_a_kernel_follows_the_kernels_it_calls(tmp_path: Path) -> None:
