@@ -45,6 +45,7 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "action_weights": SMALL,
     "add_midway": 0.06,
     "add_midway among walls": 0.3,
+    "add_products": 0.1,
     "axis_policies": SMALL,
     "cast": 0.17,
     "cheapest_path": 0.4,
@@ -213,6 +214,7 @@ def _simulate() -> None:
     """Shipped scenarios of every kind, shortened."""
     for name in ("crossing", "doorway", "lab-meeting", "paper-printed"):
         simulate(load_scenario(name, ["duration=4.0"]), snapshots=1)
+    simulate(load_scenario("circle", ["duration=1.0"]), snapshots=0)
     simulate(load_scenario("crossing", ["duration=2.0", "human.perception_noise=0.2"]), snapshots=0)
     quick = Planner(robot=Holonomic(max_acceleration=1.0), goal=(6.0, 0.0), risk_rule="cells", recourse=None)
     for step in range(8):

@@ -67,6 +67,7 @@ def test_floors_and_work_grow_with_the_horizon() -> None:
     assert sweep["fraction"] == pytest.approx(sweep["floor_ms"] / sweep["ms"])
 
 
+@pytest.mark.slow
 def test_bench_prints_one_json_object_and_draws_its_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

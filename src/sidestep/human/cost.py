@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from sidestep._kernels.danger_sum import add_products
 from sidestep._kernels.frames import local
 from sidestep._kernels.sweep import Values, row_count
 from sidestep._kernels.sweep_tables import (
@@ -212,11 +213,17 @@ def danger_terms(
     crowd = [terms for terms in crowd if terms.bounds.max() > _UNFELT]
     if not crowd:
         return robot
+    table = np.zeros((len(world) * grid.shape[0], grid.shape[1]), grid.dtype)
+    for terms in (robot, *crowd):
+        if terms.table.size > 0:
+            table += terms.table
+        else:
+            add_products(terms.axes, grid.dimension, table)
     return DangerTerms(
         path=robot.path,
         bounds=robot.bounds + np.sum([terms.bounds for terms in crowd], axis=0),
         axes=np.ones((3, 1), grid.dtype),
-        table=np.sum([_as_table(terms, grid) for terms in (robot, *crowd)], axis=0, dtype=grid.dtype),
+        table=table,
     )
 
 
@@ -236,15 +243,3 @@ def _decaying(
     if not squared:
         danger_tables(path, radius, grid.reach, lead, lattice.spacing, weight, rate, grid.centre, grid.dimension, table)
     return DangerTerms(path=path, bounds=bounds, axes=axes, table=table)
-
-
-def _as_table(terms: DangerTerms, grid: CostGrid) -> Values:
-    """(T·rows, C), also of what is kept per axis."""
-    if terms.table.size > 0:
-        return terms.table
-    d = grid.dimension
-    factors = terms.axes.reshape(-1, 3, terms.axes.shape[1])
-    table = np.prod(factors[:, : 3 - d, 0], axis=1).reshape(-1, *(1,) * d)  # the axes that only pad
-    for a in range(d):
-        table = table * factors[:, 3 - d + a].reshape(-1, *(1,) * a, factors.shape[2], *(1,) * (d - 1 - a))
-    return table.reshape(-1, factors.shape[2])
