@@ -13,6 +13,8 @@ from sidestep._kernels.risk_profile import blob_table, class_profiles, mixed_pro
 from sidestep.types import FloatArray
 
 Profile = tuple[FloatArray, FloatArray]
+KEPT = 256
+"""Largest number of σ whose tables are kept: N = 20. Beyond, they are a hundredth of a step, and megabytes."""
 
 
 def profile_of(radius: float, weights: FloatArray, sigmas: FloatArray, dimension: int) -> Profile:
@@ -24,12 +26,15 @@ def profile_of(radius: float, weights: FloatArray, sigmas: FloatArray, dimension
         sigmas: (B, C) m, at B instants.
         dimension: of space.
     """
-    samples, grids = _apart(radius, sigmas.tobytes(), weights.size, dimension)
+    apart = _known if sigmas.size <= KEPT else _apart
+    samples, grids = apart(radius, sigmas.tobytes(), weights.size, dimension)
     return mixed_profiles(weights, samples), grids
 
 
-@lru_cache(maxsize=32)  # seconds after first being seen, walking or standing: that is what σ depends on
 def _apart(radius: float, sigmas: bytes, classes: int, dimension: int) -> Profile:
-    """Each class by itself (C, B, ·), whose weights alone are learned: σ at an instant rarely changes."""
+    """Each class by itself (C, B, ·): σ at an instant rarely changes, only the weights are learned."""
     apart = np.frombuffer(sigmas).reshape(-1, classes).copy()
     return class_profiles(radius, apart, blob_table(dimension))
+
+
+_known = lru_cache(maxsize=32)(_apart)  # seconds after first being seen, walking or standing: σ depends on little else
