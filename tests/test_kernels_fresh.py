@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from sidestep._kernels import forget_outdated
 
 CALLED = "from numba import njit\n\n@njit(cache=True)\ndef number():\n    return {}\n"
@@ -51,10 +53,17 @@ def test_only_what_changed_and_what_calls_it_is_compiled_again(tmp_path: Path) -
     assert plain.exists()
 
 
-def test_a_folder_that_cannot_be_written_to_is_left_alone(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_to_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.py").write_text("")
-    (tmp_path / "__pycache__").write_text("a file where the folder would be")
+    blocked = tmp_path / "__pycache__"
+    blocked.write_text("a file where the folder would be")
     assert forget_outdated(tmp_path) == {"a"}
+    assert forget_outdated(tmp_path) == {"a"}
+    blocked.unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "access", lambda *_: False)
+        assert forget_outdated(tmp_path) == set()
+        assert not blocked.exists()
     assert forget_outdated(tmp_path) == {"a"}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from pathlib import Path
 
 _STAMP = "sources"
@@ -24,9 +25,10 @@ def forget_outdated(folder: Path) -> set[str]:
     known: list[str] = []
     with contextlib.suppress(OSError):
         known = stamp.read_text().splitlines()
-    if known == lines:
+    if known == lines or not os.access(folder, os.W_OK):
         return set()
-    outdated = _with_callers(folder, {line.partition(" ")[0] for line in set(lines) - set(known)}, set(seen))
+    changed = {line.partition(" ")[0] for line in set(lines) - set(known)}
+    outdated = _with_callers(folder, changed, set(seen)) if known else changed
     with contextlib.suppress(OSError):
         for compiled in stamp.parent.glob("*.nb[ic]"):
             if compiled.name.partition(".")[0] in outdated:
