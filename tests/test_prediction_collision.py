@@ -13,7 +13,7 @@ from made_masses import person, still_person
 from made_people import draw_encounter, predicted
 from sidestep._kernels import blocks, risk, risk_along, risk_profile, risk_raster
 from sidestep.prediction.collision import PersonMass, RiskField, RiskRasters, all_in_reach
-from sidestep.prediction.profiles import KEPT, profile_of
+from sidestep.prediction.profiles import GRAIN, KEPT, profile_of
 
 PLACES = st.tuples(st.floats(-2, 3), st.floats(-2, 2))
 
@@ -71,7 +71,8 @@ def test_profile_follows_its_mixture():
 
 @pytest.mark.parametrize("instants", [2, KEPT])  # tables that are kept, and those that are not
 def test_profiles_of_other_weights_and_radii_are_their_own(instants):
-    sigmas, table = np.linspace([0.1, 0.4], [0.2, 0.9], instants), risk_profile.blob_table(2)
+    sigmas = np.round(np.linspace([0.1, 0.4], [0.2, 0.9], instants), GRAIN)
+    table = risk_profile.blob_table(2)
     for weights in (np.array([1.0, 0.0]), np.array([0.25, 0.75])):
         for radius in (0.5, 0.8):
             for kernel in (risk_profile.mixed_profiles, risk_profile.mixed_profiles.py_func):

@@ -14,9 +14,6 @@ from numba import njit
 
 from sidestep.types import FloatArray
 
-GRAIN = 1e-5
-"""m, to which a spread is told."""
-
 
 @njit(cache=True, error_model="numpy")
 def filter_step(
@@ -326,17 +323,13 @@ def learn(
 def spread_sigmas(
     t: FloatArray, floor: float, scales: FloatArray, exponent: float, noise: FloatArray, habitual: float
 ) -> FloatArray:
-    """(K, C) m: σ(t)² = floor² + (σ_c·t^q)² + what a sensor worse than the habitual one adds (see `sensed`).
-
-    To 10 µm: a filter that settles does so to the last digits never, and what is equal is tabulated once.
-    """
+    """(K, C) m: σ(t)² = floor² + (σ_c·t^q)² + what a sensor worse than the habitual one adds (see `sensed`)."""
     sensed = sensed_variance(t, noise, habitual)
     out = np.empty((t.size, scales.size))
     for k in range(t.size):
         power = max(t[k], 0.0) ** exponent
         for c in range(scales.size):
-            sigma = math.sqrt(floor * floor + (power * scales[c]) ** 2 + sensed[k])
-            out[k, c] = np.rint(sigma / GRAIN) * GRAIN
+            out[k, c] = math.sqrt(floor * floor + (power * scales[c]) ** 2 + sensed[k])
     return out
 
 

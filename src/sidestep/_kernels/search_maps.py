@@ -145,7 +145,8 @@ def wall_box(
         for j0 in range(0, 2 * half[a + 1] + 1, BLOCK):
             y0 = origin[a + 1] + spacing * (j0 + across - half[a + 1])
             least, most = distance_bounds(x0, y0, samples, corner)
-            free, known = least - reach >= margin, least - reach >= margin or most + reach < margin
+            free = least - reach >= margin
+            known = free or most + reach < margin
             for i in range(i0, min(i0 + BLOCK, 2 * half[a] + 1)):
                 x = origin[a] + spacing * (i - half[a])
                 for j in range(j0, min(j0 + BLOCK, 2 * half[a + 1] + 1)):

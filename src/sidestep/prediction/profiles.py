@@ -15,6 +15,8 @@ from sidestep.types import FloatArray
 Profile = tuple[FloatArray, FloatArray]
 KEPT = 256
 """Largest number of σ whose tables are kept: N = 20. Beyond, they are a hundredth of a step, and megabytes."""
+GRAIN = 5
+"""Decimals of a metre to which σ counts in tables that are kept: a filter that settles never does to the last digit."""
 
 
 def profile_of(radius: float, weights: FloatArray, sigmas: FloatArray, dimension: int) -> Profile:
@@ -26,15 +28,15 @@ def profile_of(radius: float, weights: FloatArray, sigmas: FloatArray, dimension
         sigmas: (B, C) m, at B instants.
         dimension: of space.
     """
-    apart = _known if sigmas.size <= KEPT else _apart
-    samples, grids = apart(radius, sigmas.tobytes(), weights.size, dimension)
+    if sigmas.size > KEPT:
+        samples, grids = class_profiles(radius, sigmas, blob_table(dimension))
+    else:
+        samples, grids = _known(radius, np.round(sigmas, GRAIN).tobytes(), weights.size, dimension)
     return mixed_profiles(weights, samples), grids
 
 
-def _apart(radius: float, sigmas: bytes, classes: int, dimension: int) -> Profile:
+@lru_cache(maxsize=32)  # seconds after first being seen, walking or standing: σ depends on little else
+def _known(radius: float, sigmas: bytes, classes: int, dimension: int) -> Profile:
     """Each class by itself (C, B, ·): σ at an instant rarely changes, only the weights are learned."""
     apart = np.frombuffer(sigmas).reshape(-1, classes).copy()
     return class_profiles(radius, apart, blob_table(dimension))
-
-
-_known = lru_cache(maxsize=32)(_apart)  # seconds after first being seen, walking or standing: σ depends on little else
