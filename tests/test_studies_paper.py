@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
-from sidestep.studies.paper import HORIZONS, PARAMETERS, RULES, Points, section_five, section_four, sweep
+from sidestep.errors import UnknownName
+from sidestep.io.scenarios import load_scenario
+from sidestep.studies.paper import HORIZONS, PARAMETERS, PLACES, RULES, Piece, Points, sweep
 from sidestep.studies.paper_claims import Finding, below, median_interval, worst
-from sidestep.studies.paper_points import COLUMNS, Setting
+from sidestep.studies.paper_points import COLUMNS, Change, Setting
 from sidestep.studies.paper_table import CLAIMS
-from sidestep.studies.paper_verdicts import chosen_claims, holds_when, rows
+from sidestep.studies.paper_verdicts import asked_by, chosen_claims, failing_claims, rows, with_regions
 
 SEEDS = 40
 
 
-def made(value: Callable[[Setting, str], float], noise: float = 1e-3) -> Points:
+def made(value: Callable[[Setting, str], float]) -> Points:
     """Points whose columns are `value` and a little noise."""
     rng = np.random.default_rng(0)
-    settings = [*section_four(), *section_five(), *sweep()]
+    noise = 1e-3 * np.array([c != "uncertified" for c in COLUMNS])  # of that, none is none
+    settings = dict.fromkeys(s for place in (*PLACES, *sweep()) for s in place.settings())
     return Points(
         values={
             s: np.array([[value(s, c) for c in COLUMNS]] * SEEDS) + noise * rng.normal(size=(SEEDS, len(COLUMNS)))
@@ -62,7 +66,7 @@ def the_contrary(setting: Setting, column: str) -> float:
 
 @pytest.mark.parametrize(("value", "verdict"), [(as_the_paper_says, "holds"), (the_contrary, "does not hold")])
 def test_verdicts_follow_the_points(value: Callable[[Setting, str], float], verdict: str) -> None:
-    table = rows(list(CLAIMS), made(value), {})
+    table = rows(CLAIMS, made(value))
     wrong = {(r["id"], r["parameters"], r["rule"], r["index"], r["verdict"]) for r in table if r["verdict"] != verdict}
     assert not wrong
     assert {(r["id"], r["parameters"], r["rule"]) for r in table} == {
@@ -96,20 +100,85 @@ def test_a_claim_about_several_things_holds_where_all_of_them_do() -> None:
     assert worst(findings[0], findings[2]).verdict == "undecided"
 
 
-def test_regions_name_where_a_claim_holds() -> None:
-    def only_with_a_heavy_danger(setting: Setting, column: str) -> float:
-        heavy = dict(setting.changes).get("danger_weight", 0.0) >= 100.0
-        return (as_the_paper_says if heavy else the_contrary)(setting, column)
+def danger(setting: Setting) -> float:
+    """The danger weight that a point of the sweep has been given."""
+    return {c.field: c.value for c in setting.changes}.get("human.danger_weight", 0.0)
 
-    regions, grid = holds_when(made(only_with_a_heavy_danger), sweep())
-    assert regions["IV-A-shorter"].startswith("authors' values but ")
-    assert "danger_weight 100" in regions["IV-A-shorter"]
-    assert "danger_weight 25," not in regions["IV-A-shorter"]
-    assert holds_when(made(the_contrary), sweep())[0]["V-distinguishes"] == "nowhere in the sweep"
-    assert {entry["claim"] for entry in grid} == set(regions)
+
+def judged(value: Callable[[Setting, str], float]) -> list[dict[str, Any]]:
+    points = made(value)
+    return with_regions(rows(CLAIMS, points), rows(CLAIMS, points, sweep()))
+
+
+def test_regions_name_where_a_claim_holds_that_holds_nowhere_else() -> None:
+    def only_with_a_heavy_danger(setting: Setting, column: str) -> float:
+        return (as_the_paper_says if danger(setting) >= 100.0 else the_contrary)(setting, column)
+
+    table = judged(only_with_a_heavy_danger)
+    assert len({row["holds_when"] for row in table}) == 1  # every claim: IV-A, IV-B and V, by either index
+    assert table[0]["holds_when"].startswith(f"at 6 of {len(sweep())} places around the authors' values: ")
+    assert "danger_weight 100, danger_rate 0.008; " in table[0]["holds_when"]
+    assert "danger_weight 25," not in table[0]["holds_when"]
+    assert table[0]["holds_when"].endswith("; and 2 more")
+    assert {row["holds_when"] for row in judged(the_contrary)} == {
+        f"at none of {len(sweep())} places around the authors' values"
+    }
+
+
+def test_no_region_is_looked_for_where_one_parameter_set_will_do() -> None:
+    def with_the_authors(setting: Setting, column: str) -> float:
+        theirs = setting.label in ("paper-authors", "lab-meeting") and not setting.changes
+        return (as_the_paper_says if theirs else the_contrary)(setting, column)
+
+    table = judged(with_the_authors)
+    assert not failing_claims(table)
+    assert {(row["parameters"], row["verdict"], row["holds_when"]) for row in table} == {
+        ("printed", "does not hold", "the authors' values"),
+        ("authors", "holds", ""),
+    }
+
+
+def test_the_sweep_changes_weights_rates_randomness_and_the_speeds_of_both() -> None:
+    fields = {c.field for place in sweep() for c in place.changes}
+    assert fields == {
+        *("human.danger_weight", "human.danger_rate", "human.randomness"),
+        *("human.walking_speed", "robot.max_speed"),
+    }
+    assert len({place.words for place in sweep()}) == len(sweep())
+    base = load_scenario("lab-meeting")
+    changes = (Change("human.walking_speed", 1.5, times=True), Change("human.danger_weight", 25.0))
+    setting = Setting(label="", rule="mass", human="unconcerned", horizon=3, anticipation=1, changes=changes)
+    changed = setting.scenario(base)
+    assert changed.human.walking_speed == pytest.approx(1.5 * base.human.walking_speed)
+    assert (changed.human.danger_weight, changed.human.horizon, changed.planner.horizon) == (25.0, 1, 3)
+
+
+def test_only_the_points_that_a_claim_needs_are_run() -> None:
+    lab_only = asked_by(chosen_claims("V-ratio"))
+    assert {s.label for s in lab_only} == {"lab-printed", "lab-meeting"}
+    assert len(lab_only) == len(PARAMETERS) * len(RULES) * 2
+    everything = asked_by(CLAIMS)
+    assert set(everything) <= {s for place in PLACES for s in place.settings()}
+    needed = made(as_the_paper_says).values
+    only = Points(values={s: needed[s] for s in everything})
+    assert rows(CLAIMS, only) == rows(CLAIMS, made(as_the_paper_says))
+    assert not only.have(PLACES[0].settings())  # curves need unconcerned people too
+
+
+def test_a_piece_is_kept_under_all_numbers_of_its_scenario() -> None:
+    setting = PLACES[0].lab("concerned")
+
+    def name(**changed: float) -> str:
+        base = load_scenario("lab-printed", [f"{key}={value}" for key, value in changed.items()])
+        return Piece(setting=setting, scenario=setting.scenario(base), start=0, stop=20).name
+
+    assert name() == name()
+    assert name() != name(**{"robot.radius": 0.2})
 
 
 def test_claims_are_chosen_by_name() -> None:
     assert [c.id for c in chosen_claims("V-rate,IV-safety")] == ["V-rate", "IV-safety"]
     assert len(chosen_claims(None)) == len(CLAIMS) == len({c.id for c in CLAIMS})
-    assert max(s.horizon for s in section_four()) == HORIZONS[-1]
+    assert max(s.horizon for place in PLACES for s in place.settings()) == HORIZONS[-1]
+    with pytest.raises(UnknownName, match="IV-safety"):
+        chosen_claims("IV-safty")

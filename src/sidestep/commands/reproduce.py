@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-FULL_SEEDS, QUICK_SEEDS, SWEEP_SEEDS = 200, 20, 40
+FULL_SEEDS, QUICK_SEEDS, SWEEP_SEEDS = 200, 20, 20
 
 
 def reproduce(
@@ -24,7 +24,7 @@ def reproduce(
 
     Args:
         quick: 20 seeds per point instead of 200, and no search for the region where a failing claim holds.
-        claims: comma-separated ids; all by default.
+        claims: comma-separated ids; all by default. Only the points that they need are run.
         out: folder for results.json, figures and finished points.
         workers: processes; all cores by default.
         page: also write the documentation page (Markdown) to this file, figures beside it.

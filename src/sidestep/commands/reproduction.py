@@ -32,27 +32,31 @@ def make(
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.io.files import written
     from sidestep.io.scenarios import load_scenario
-    from sidestep.studies.paper import run_points, section_five, section_four, sweep
-    from sidestep.studies.paper_verdicts import chosen_claims, holds_when, rows
+    from sidestep.studies.paper import PLACES, run_points, sweep
+    from sidestep.studies.paper_verdicts import asked_by, chosen_claims, failing_claims, rows, with_regions
 
     began = perf_counter()
     chosen = chosen_claims(claims)
     bases = {label: load_scenario(label) for label in LABELS}
     store = Checkpoints(out / "points")
     jobs = workers or os.cpu_count() or 1
-    settings = [*(section_four() if any(not c.lab for c in chosen) else []), *section_five()]
+    settings = asked_by(chosen) if claims else [s for place in PLACES for s in place.settings()]
     with progress_bar("runs of the paper") as tell:
         points = run_points(
             settings, bases, seeds=QUICK_SEEDS if quick else FULL_SEEDS, workers=jobs, store=store, progress=tell
         )
-    regions: dict[str, str] = {}
+    table = rows(chosen, points)
     grid: list[dict[str, Any]] = []
     if not quick:
+        failing = {identity for identity, _ in failing_claims(table)}
+        search = [c for c in chosen if c.id in failing]
         with progress_bar("where do failing claims hold") as tell:
-            around = run_points(sweep(), bases, seeds=SWEEP_SEEDS, workers=jobs, store=store, progress=tell)
-        regions, grid = holds_when(around, sweep())
-    table = rows(chosen, points, regions)
-    figures = _saved(draw(points if len(settings) > 8 else None, bases, grid, _replays(data, bases)), out)
+            around = run_points(
+                asked_by(search, sweep()), bases, seeds=SWEEP_SEEDS, workers=jobs, store=store, progress=tell
+            )
+        grid = rows(search, around, sweep())
+        table = with_regions(table, grid)
+    figures = _saved(draw(points, bases, grid, _replays(data, bases)), out)
     result = {
         "claims": table,
         "grid": grid,

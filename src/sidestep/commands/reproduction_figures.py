@@ -13,47 +13,42 @@ if TYPE_CHECKING:
 
 
 def draw(
-    points: Points | None, bases: dict[str, Scenario], grid: list[dict[str, Any]], replays: list[tuple[str, Any, Any]]
+    points: Points, bases: dict[str, Scenario], grid: list[dict[str, Any]], replays: list[tuple[str, Any, Any]]
 ) -> dict[str, Figure]:
     """Return name → figure; those that need points that were not run are left out."""
     import numpy as np
 
     from sidestep.simulation.loop import simulate
-    from sidestep.studies.paper import HORIZONS, PARAMETERS, RULES
-    from sidestep.studies.paper_claims import lab, median_interval, point
+    from sidestep.studies.paper import HORIZONS, HUMANS, PARAMETERS, PLACES
+    from sidestep.studies.paper_claims import median_interval
     from sidestep.studies.paper_reasons import reasons
     from sidestep.viewer import figure_paper
 
     figures: dict[str, Figure] = {}
-    for parameters in PARAMETERS:
-        pair = [simulate(_of(point(parameters, "cells", 5, ahead), bases), seed=0, snapshots=12) for ahead in (0, 5)]
-        names = ("without prediction", "with prediction")
-        figures[f"comparison-{parameters}"] = figure_paper.comparison_figure(pair[0], pair[1], names)
-        lab_runs = {
-            human: simulate(_of(lab(parameters, "cells", human), bases), seed=0, snapshots=12)
-            for human in ("concerned", "unconcerned")
-        }
-        figures[f"lab-{parameters}"] = figure_paper.lab_figure(lab_runs)
-        if points is None:
+    for place in PLACES:
+        if place.rule == "cells":
+            pair = [simulate(_of(place.encounter(5, ahead), bases), seed=0, snapshots=12) for ahead in (0, 5)]
+            names = ("without prediction", "with prediction")
+            figures[f"comparison-{place.parameters}"] = figure_paper.comparison_figure(pair[0], pair[1], names)
+            lab_runs = {h: simulate(_of(place.lab(h), bases), seed=0, snapshots=12) for h in HUMANS}
+            figures[f"lab-{place.parameters}"] = figure_paper.lab_figure(lab_runs)
+        if not points.have(place.settings()):
             continue
-        for rule in RULES:
-            for suffix, unit in (("", "m²"), ("_lateral", "m")):
-                curves: dict[str, dict[str, Any]] = {}
-                for index in ("PI_R", "PI_H", "PI_T"):
-                    curves[index] = {}
-                    for human in ("concerned", "unconcerned"):
-                        for ahead in (True, False):
-                            bands = [
-                                median_interval(
-                                    points.column(point(parameters, rule, n, n if ahead else 0, human), index + suffix)
-                                )
-                                for n in HORIZONS
-                            ]
-                            name = f"{human}, {'with' if ahead else 'without'} prediction"
-                            curves[index][name] = tuple(np.array(bands).T)
-                figures[f"indices-{parameters}-{rule}{suffix.replace('_', '-')}"] = figure_paper.indices_figure(
-                    curves, HORIZONS, unit
-                )
+        for suffix, unit in (("", "m²"), ("_lateral", "m")):
+            curves: dict[str, dict[str, Any]] = {}
+            for index in ("PI_R", "PI_H", "PI_T"):
+                curves[index] = {}
+                for human in HUMANS:
+                    for ahead in (True, False):
+                        bands = [
+                            median_interval(points.column(place.encounter(n, n if ahead else 0, human), index + suffix))
+                            for n in HORIZONS
+                        ]
+                        name = f"{human}, {'with' if ahead else 'without'} prediction"
+                        curves[index][name] = tuple(np.array(bands).T)
+            figures[f"indices-{place.parameters}-{place.rule}{suffix.replace('_', '-')}"] = figure_paper.indices_figure(
+                curves, HORIZONS, unit
+            )
     models = {p: bases[f"paper-{p}"].human for p in PARAMETERS}
     found = reasons(models, time_step=0.5, states=150, generator=np.random.default_rng(0))
     figures["reasons"] = figure_paper.reasons_figure(

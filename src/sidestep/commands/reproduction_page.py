@@ -14,7 +14,8 @@ CAPTIONS = {
     "lab": "Section V with a concerned and an unconcerned person.",
     "reasons": "Why some claims do not hold: where awareness changes no action the belief cannot move; where no cell "
     "reaches P_th the rule `cells` constrains nothing.",
-    "regions": "Where the claims of Section IV-A hold in the neighbourhood of the authors' values.",
+    "regions": "Where the claims that hold under neither parameter set do hold, around the authors' values: danger "
+    "weight and rate, randomness, and the speeds of both.",
     "replay": "The recorded robot runs: the belief that was logged, and the one that our update infers.",
 }
 
@@ -37,6 +38,7 @@ def write_page(result: dict[str, Any], figures: list[Path], page: Path) -> None:
         "compared. A verdict is `undecided` when the 95 % interval covers both answers.",
         "",
     ]
+    lines += _summary(result["claims"])
     for identity in dict.fromkeys(row["id"] for row in result["claims"]):
         mine = [row for row in result["claims"] if row["id"] == identity]
         lines += [f"## {identity}", "", f"**Claim:** {mine[0]['statement']}. **Paper:** {mine[0]['paper']}.", ""]
@@ -60,6 +62,28 @@ def write_page(result: dict[str, Any], figures: list[Path], page: Path) -> None:
             lines += [f"![{caption}](reproduction/{figure.name})", "", f"*{figure.stem}: {caption}*", ""]
     with written(page) as file:
         file.write("\n".join(lines).encode())
+
+
+def _summary(claims: list[dict[str, Any]]) -> list[str]:
+    """Return one line per claim and definition of PI: its verdict at each place."""
+    columns = list(dict.fromkeys((row["parameters"], row["rule"]) for row in claims))
+    heads = [f"{parameters}, {rule}" for parameters, rule in columns]
+    lines = ["## At a glance", "", f"| claim | {' | '.join(heads)} |", f"|---|{'---|' * len(heads)}"]
+    verdicts: list[str] = []
+    for identity, index in dict.fromkeys((row["id"], row["index"]) for row in claims):
+        mine = {
+            (r["parameters"], r["rule"]): r["verdict"] for r in claims if (r["id"], r["index"]) == (identity, index)
+        }
+        verdicts += mine.values()
+        anchor = f"[{identity}](#{identity.lower()})" + (f" ({_short(index)})" if index else "")
+        cells = [f"**{mine[c]}**" if mine[c] == "holds" else mine[c] for c in columns]
+        lines.append(f"| {anchor} | {' | '.join(cells)} |")
+    counts = [f"{verdicts.count(v)} {v}" for v in ("holds", "does not hold", "undecided")]
+    return [*lines, "", f"Of {len(verdicts)} verdicts: {', '.join(counts)}.", ""]
+
+
+def _short(index: str) -> str:
+    return "lateral" if "lateral" in index else "as printed"
 
 
 def _plain(text: str) -> str:

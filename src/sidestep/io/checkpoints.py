@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -52,10 +53,13 @@ class Checkpoints:
 
 @cache
 def program() -> str:
-    """Return a digest of this program's own source text."""
+    """Return a digest of what decides over results: this program's source and scenarios, and what it counts with."""
     digest = hashlib.sha256(sidestep.__version__.encode())
+    for library in ("numpy", "numba", "scipy", "piqp"):
+        digest.update(f"{library} {version(library)}".encode())
     root = Path(sidestep.__file__).parent
-    for file in sorted(root.rglob("*.py")):
-        if file.relative_to(root).parts[0] not in ("viewer", "ros", "commands"):  # they change no result
+    for file in sorted(root.rglob("*")):
+        mine = file.suffix in (".py", ".toml", ".npz")
+        if mine and file.relative_to(root).parts[0] not in ("viewer", "ros", "commands"):  # they change no result
             digest.update(file.read_bytes())
     return digest.hexdigest()[:20]

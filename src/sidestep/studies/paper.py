@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sidestep.simulation.scenario import Scenario
 from sidestep.studies.engines import Store, length, run_kept
-from sidestep.studies.paper_points import COLUMNS, Setting, run_seed
+from sidestep.studies.paper_points import COLUMNS, Change, Setting, run_seed
 from sidestep.types import FloatArray
 
 PARAMETERS = ("printed", "authors")
@@ -17,9 +19,57 @@ RULES = ("cells", "mass")
 HUMANS = ("concerned", "unconcerned")
 HORIZONS = tuple(range(1, 11))
 LAB_HORIZON = 2  # N_R of Section V
-SWEEP = {"danger_weight": (2.5, 25.0, 100.0, 400.0), "danger_rate": (0.008, 0.06, 0.3), "randomness": (0.1, 0.2, 0.5)}
-"""Values tried where a claim fails under both parameter sets."""
+SWEEP_HORIZONS = (1, 4, 5, 7, 10)  # those that claims name; a whole curve at every place would take an hour
 PIECE = 20  # seeds that are done, kept and lost together
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Where in the space of parameters a claim is judged: a parameter set, a risk rule, and what differs from the set.
+
+    Attributes:
+        parameters: "printed" or "authors"; rule: "cells" or "mass".
+        changes: what differs from the set.
+        horizons: of the curves over the horizon.
+    """
+
+    parameters: str
+    rule: str
+    changes: tuple[Change, ...] = ()
+    horizons: tuple[int, ...] = HORIZONS
+
+    @property
+    def words(self) -> str:
+        """What differs from the parameter set."""
+        return ", ".join(c.words for c in self.changes)
+
+    def encounter(self, horizon: int, anticipation: int, human: str = "concerned") -> Setting:
+        """Return a point of Section IV."""
+        return self._setting(f"paper-{self.parameters}", human, horizon, anticipation)
+
+    def lab(self, human: str) -> Setting:
+        """Return a point of Section V: as printed, or with the authors' weights the variant in which the two meet."""
+        label = "lab-printed" if self.parameters == "printed" else "lab-meeting"
+        return self._setting(label, human, LAB_HORIZON, LAB_HORIZON)
+
+    def settings(self) -> list[Setting]:
+        """Return every point: Section IV over the horizon, with and without anticipation, and Section V."""
+        section_four = [self.encounter(n, ahead, h) for h in HUMANS for n in self.horizons for ahead in (0, n)]
+        return section_four + [self.lab(h) for h in HUMANS]
+
+    def _setting(self, label: str, human: str, horizon: int, anticipation: int) -> Setting:
+        return Setting(
+            label=label,
+            rule=self.rule,
+            human=human,
+            horizon=horizon,
+            anticipation=anticipation,
+            changes=self.changes,
+        )
+
+
+PLACES = tuple(Place(parameters=p, rule=r) for p in PARAMETERS for r in RULES)
+"""Where every claim is judged."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,8 +87,9 @@ class Piece:
 
     @property
     def name(self) -> str:
-        """What it is kept under."""
-        return f"{self.setting.name}--{self.start}-{self.stop}"
+        """What it is kept under, with a digest of all numbers of its scenario: no other one is taken for it."""
+        numbers = json.dumps(self.scenario.settings(), sort_keys=True).encode()
+        return f"{self.setting.name}--{self.start}-{self.stop}--{hashlib.sha256(numbers).hexdigest()[:12]}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -51,41 +102,26 @@ class Points:
         """(seeds,) one number."""
         return self.values[setting][:, COLUMNS.index(name)]
 
+    def have(self, settings: Iterable[Setting]) -> bool:
+        """Whether all of these were run."""
+        return all(s in self.values for s in settings)
 
-def section_four() -> list[Setting]:
-    """Every horizon, with and without anticipation, both kinds of people, both rules, both parameter sets."""
-    return [
-        Setting(label=f"paper-{p}", rule=rule, human=human, horizon=n, anticipation=ahead)
-        for p in PARAMETERS
-        for rule in RULES
-        for human in HUMANS
-        for n in HORIZONS
-        for ahead in (0, n)
+
+def sweep(rule: str = "cells") -> list[Place]:
+    """Return the neighbourhood of the authors' values: danger weight and rate, ω_H, and the speeds of both agents."""
+    around: list[tuple[Change, ...]] = [
+        (Change("human.danger_weight", w), Change("human.danger_rate", r))
+        for w in (2.5, 25.0, 100.0, 400.0)
+        for r in (0.008, 0.06, 0.3)
     ]
-
-
-def section_five() -> list[Setting]:
-    """The lab: as printed, and the variant in which the two do meet with the authors' weights."""
-    return [
-        Setting(label=label, rule=rule, human=human, horizon=LAB_HORIZON, anticipation=LAB_HORIZON)
-        for label in ("lab-printed", "lab-meeting")
-        for rule in RULES
-        for human in HUMANS
+    around += [(Change("human.randomness", w),) for w in (0.05, 0.1, 0.5, 1.0)]
+    around += [
+        (Change("human.walking_speed", v, times=True), Change("robot.max_speed", u, times=True))
+        for v in (0.5, 1.0, 1.5)
+        for u in (0.5, 1.0, 1.5)
+        if (v, u) != (1.0, 1.0)
     ]
-
-
-def sweep(rule: str = "cells") -> list[Setting]:
-    """The neighbourhood of the authors' values, one field at a time and danger weight against rate, N_R = 5."""
-    grid: list[tuple[tuple[str, float], ...]] = [
-        (("danger_weight", w), ("danger_rate", r)) for w in SWEEP["danger_weight"] for r in SWEEP["danger_rate"]
-    ]
-    grid += [(("randomness", w),) for w in SWEEP["randomness"]]
-    return [
-        Setting(label="paper-authors", rule=rule, human=human, horizon=5, anticipation=ahead, changes=changes)
-        for changes in grid
-        for human in HUMANS
-        for ahead in ((0, 5) if human == "concerned" else (5,))
-    ]
+    return [Place(parameters="authors", rule=rule, changes=c, horizons=SWEEP_HORIZONS) for c in around]
 
 
 def run_points(

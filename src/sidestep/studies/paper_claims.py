@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
-from sidestep.studies.paper import HORIZONS, LAB_HORIZON, Points
-from sidestep.studies.paper_points import Setting
+from sidestep.studies.paper import Place, Points
 from sidestep.studies.statistics import clopper_pearson
-from sidestep.types import FloatArray
+from sidestep.types import BoolArray, FloatArray
 
 NARROW = (0.8, 1.25)  # ratios within count as "hardly changes"
 STRONG = 0.9  # a ratio below counts as "falls"
@@ -66,27 +65,16 @@ def worst(*findings: Finding) -> Finding:
     return min(findings, key=lambda f: order[f.verdict])
 
 
-def point(parameters: str, rule: str, horizon: int, ahead: int, human: str = "concerned") -> Setting:
-    """Return a point of Section IV."""
-    return Setting(label=f"paper-{parameters}", rule=rule, human=human, horizon=horizon, anticipation=ahead)
-
-
-def lab(parameters: str, rule: str, human: str) -> Setting:
-    """Return a point of Section V: as printed, or the variant in which the two meet."""
-    label = "lab-printed" if parameters == "printed" else "lab-meeting"
-    return Setting(label=label, rule=rule, human=human, horizon=LAB_HORIZON, anticipation=LAB_HORIZON)
-
-
-def judge_difference(column: str, quantity: str) -> Callable[[Points, str, str, str], Finding]:
+def judge_difference(column: str, quantity: str) -> Callable[[Points, Place, str], Finding]:
     """Both agents' value with prediction (N_H = 5) less that without, paired by seed, below zero."""
 
-    def judge(points: Points, parameters: str, rule: str, index: str) -> Finding:
+    def judge(points: Points, place: Place, index: str) -> Finding:
         del index
         parts: list[Finding] = []
         for agent in ("robot", "human"):
             name = f"{agent}_{column}" if column in ("length", "turning") else column
-            ahead = points.column(point(parameters, rule, 5, 5), name)
-            blind = points.column(point(parameters, rule, 5, 0), name)
+            ahead = points.column(place.encounter(5, 5), name)
+            blind = points.column(place.encounter(5, 0), name)
             parts.append(below(ahead - blind, 0.0, f"{agent}: {quantity}", without=float(np.median(blind))))
             if column == "entropy":
                 break
@@ -95,20 +83,20 @@ def judge_difference(column: str, quantity: str) -> Callable[[Points, str, str, 
     return judge
 
 
-def judge_falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_falls(points: Points, place: Place, index: str) -> Finding:
     """PI_R and PI_T with a non-predictive person: N = 7 against N = 1."""
     parts: list[Finding] = []
     for name in ("PI_R", "PI_T"):
-        first = points.column(point(parameters, rule, 1, 0), name + index)
-        last = points.column(point(parameters, rule, 7, 0), name + index)
+        first = points.column(place.encounter(1, 0), name + index)
+        last = points.column(place.encounter(7, 0), name + index)
         parts.append(below(_ratios(last, first), STRONG, f"{name}{index}(N = 7) / {name}{index}(N = 1), N_H = 0"))
     return worst(*parts)
 
 
-def judge_flat(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_flat(points: Points, place: Place, index: str) -> Finding:
     """PI_H from N = 1 to 7 and PI_T from N = 4 to 10 with a non-predictive person."""
-    human = [points.column(point(parameters, rule, n, 0), "PI_H" + index) for n in (1, 7)]
-    total = [points.column(point(parameters, rule, n, 0), "PI_T" + index) for n in (4, 10)]
+    human = [points.column(place.encounter(n, 0), "PI_H" + index) for n in (1, 7)]
+    total = [points.column(place.encounter(n, 0), "PI_T" + index) for n in (4, 10)]
     return worst(
         _hardly_changes(_ratios(human[1], human[0]), f"PI_H{index}(N = 7) / PI_H{index}(N = 1), N_H = 0"),
         _hardly_changes(_ratios(total[1], total[0]), f"PI_T{index}(N = 10) / PI_T{index}(N = 4), N_H = 0"),
@@ -123,13 +111,13 @@ def _hardly_changes(ratios: FloatArray, quantity: str) -> Finding:
     return Finding(measured=middle, interval=(low, high), n=len(ratios), verdict=verdict, quantity=quantity)
 
 
-def judge_optimum(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_optimum(points: Points, place: Place, index: str) -> Finding:
     """PI_T with a predictive person is lower at some horizon than at both ends."""
-    curves = {n: points.column(point(parameters, rule, n, n), "PI_T" + index) for n in HORIZONS}
-    best = min(HORIZONS, key=lambda n: float(np.median(curves[n])))
+    curves = {n: points.column(place.encounter(n, n), "PI_T" + index) for n in place.horizons}
+    best = min(place.horizons, key=lambda n: float(np.median(curves[n])))
     ends = worst(
-        below(curves[best] - curves[HORIZONS[0]], 0.0, f"PI_T{index}(N = {best}) − PI_T{index}(N = 1)"),
-        below(curves[best] - curves[HORIZONS[-1]], 0.0, f"PI_T{index}(N = {best}) − PI_T{index}(N = 10)"),
+        below(curves[best] - curves[place.horizons[0]], 0.0, f"PI_T{index}(N = {best}) − PI_T{index}(N = 1)"),
+        below(curves[best] - curves[place.horizons[-1]], 0.0, f"PI_T{index}(N = {best}) − PI_T{index}(N = 10)"),
     )
     return Finding(
         measured=ends.measured,
@@ -141,10 +129,10 @@ def judge_optimum(points: Points, parameters: str, rule: str, index: str) -> Fin
     )
 
 
-def judge_human_falls(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_human_falls(points: Points, place: Place, index: str) -> Finding:
     """PI_H with a predictive person falls, and does not rise again."""
-    curves = {n: points.column(point(parameters, rule, n, n), "PI_H" + index) for n in HORIZONS}
-    best = min(HORIZONS, key=lambda n: float(np.median(curves[n])))
+    curves = {n: points.column(place.encounter(n, n), "PI_H" + index) for n in place.horizons}
+    best = min(place.horizons, key=lambda n: float(np.median(curves[n])))
     fall = below(_ratios(curves[best], curves[1]), STRONG, f"PI_H{index}(N = {best}) / PI_H{index}(N = 1), N_H = N_R")
     rise = below(
         _ratios(curves[10], curves[best]), NARROW[1], f"PI_H{index}(N = 10) / PI_H{index}(N = {best}), N_H = N_R"
@@ -152,46 +140,54 @@ def judge_human_falls(points: Points, parameters: str, rule: str, index: str) ->
     return worst(fall, rise)
 
 
-def judge_safety(points: Points, parameters: str, rule: str, index: str) -> Finding:
-    """Runs in which P_coll ≤ P_th at every step of every plan."""
+def judge_safety(points: Points, place: Place, index: str) -> Finding:
+    """Runs in which P_coll ≤ P_th at every step of every plan; by the rule `cells`, and the clearance is kept."""
     del index
     limit = 0.05
-    runs = [points.column(point(parameters, rule, n, n), "max_collision_probability") for n in HORIZONS]
-    uncertified = [points.column(point(parameters, rule, n, n), "uncertified") for n in HORIZONS]
-    good = np.concatenate(runs) <= limit + 1e-9
+    probability = np.concatenate(
+        [points.column(place.encounter(n, n), "max_collision_probability") for n in place.horizons]
+    )
+    uncertified = np.concatenate([points.column(place.encounter(n, n), "uncertified") for n in place.horizons])
+    parts = [
+        _always(
+            probability <= limit + 1e-9,
+            "share of runs in which P_coll ≤ P_th at every step of every plan",
+            largest=float(probability.max()),
+        )
+    ]
+    if place.rule == "cells":
+        clear = "share of runs in which every plan keeps its clearance from every cell with P ≥ P_th"
+        parts.append(_always(uncertified == 0.0, clear))
+    return worst(*parts)
+
+
+def _always(good: BoolArray, quantity: str, **detail: Any) -> Finding:
+    """Judge "in every run"."""
     share = float(good.mean())
     low, high = clopper_pearson(int(good.sum()), good.size, 0.95)
     verdict = "holds" if share == 1.0 else "does not hold" if high < 1.0 else "undecided"
     return Finding(
-        measured=share,
-        interval=(low, high),
-        n=int(good.size),
-        verdict=verdict,
-        quantity="share of runs in which P_coll ≤ P_th at every step of every plan",
-        detail={
-            "largest": float(np.concatenate(runs).max()),
-            "steps_without_certificate": float(np.concatenate(uncertified).mean()),
-        },
+        measured=share, interval=(low, high), n=int(good.size), verdict=verdict, quantity=quantity, detail=detail
     )
 
 
-def judge_rate(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_rate(points: Points, place: Place, index: str) -> Finding:
     """95th percentile of the planning time against the 500 ms of 2 Hz."""
     del index
-    times = np.concatenate([points.column(lab(parameters, rule, h), "plan_p95") for h in ("concerned", "unconcerned")])
+    times = np.concatenate([points.column(place.lab(h), "plan_p95") for h in ("concerned", "unconcerned")])
     return below(times, 500.0, "95th percentile of the planning time, ms, against the 500 ms of 2 Hz")
 
 
-def judge_told_apart(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_told_apart(points: Points, place: Place, index: str) -> Finding:
     """Runs with the belief on the right side at the closest approach."""
     del index
-    concerned = points.column(lab(parameters, rule, "concerned"), "belief_at_closest") > 0.9
-    unconcerned = points.column(lab(parameters, rule, "unconcerned"), "belief_at_closest") < 0.1
+    concerned = points.column(place.lab("concerned"), "belief_at_closest") > 0.9
+    unconcerned = points.column(place.lab("unconcerned"), "belief_at_closest") < 0.1
     right = np.concatenate([concerned, unconcerned])
     share = float(right.mean())
     low, high = clopper_pearson(int(right.sum()), right.size, 0.95)
     verdict = "holds" if low >= TOLD_APART else "does not hold" if high < TOLD_APART else "undecided"
-    steps = [points.column(lab(parameters, rule, h), "steps_to_identify") for h in ("concerned", "unconcerned")]
+    steps = [points.column(place.lab(h), "steps_to_identify") for h in ("concerned", "unconcerned")]
     return Finding(
         measured=share,
         interval=(low, high),
@@ -202,10 +198,10 @@ def judge_told_apart(points: Points, parameters: str, rule: str, index: str) -> 
     )
 
 
-def judge_ratio(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_ratio(points: Points, place: Place, index: str) -> Finding:
     """PI_R with an unconcerned person over PI_R with a concerned one."""
-    careless = points.column(lab(parameters, rule, "unconcerned"), "PI_R" + index)
-    careful = points.column(lab(parameters, rule, "concerned"), "PI_R" + index)
+    careless = points.column(place.lab("unconcerned"), "PI_R" + index)
+    careful = points.column(place.lab("concerned"), "PI_R" + index)
     if index:  # the offset of a robot that need not deviate is 0, and there is no ratio to it
         found = below(careful - careless, 0.0, f"PI_R{index} unconcerned less concerned, m")
     else:
@@ -216,12 +212,12 @@ def judge_ratio(points: Points, parameters: str, rule: str, index: str) -> Findi
     )
 
 
-def judge_narrows(points: Points, parameters: str, rule: str, index: str) -> Finding:
+def judge_narrows(points: Points, place: Place, index: str) -> Finding:
     """Entropy of the prediction once the belief is decided, less that at first."""
     del index
     parts: list[Finding] = []
     for human in ("concerned", "unconcerned"):
-        setting = lab(parameters, rule, human)
+        setting = place.lab(human)
         change = points.column(setting, "entropy_decided") - points.column(setting, "entropy_first")
         if not np.isfinite(change).any():
             no = f"{human}: the belief was never decided, so nothing narrowed"

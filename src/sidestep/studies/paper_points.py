@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +40,30 @@ COLUMNS = (
 """What is kept of each run. Lengths in m, turning in rad, entropies in nat, times in ms; NaN where there is none."""
 
 
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One field of a scenario that differs.
+
+    Attributes:
+        field: "section.field"; value: the new one, or where `times` is true the factor to the old one.
+    """
+
+    field: str
+    value: float
+    times: bool = False
+
+    @property
+    def words(self) -> str:
+        """As people read it: "danger_weight 25", "max_speed × 0.5"."""
+        return f"{self.field.partition('.')[2]} {'× ' if self.times else ''}{self.value:g}"
+
+    def applied(self, data: dict[str, Any]) -> dict[str, Any]:
+        """Return the settings of a scenario with this one changed."""
+        section, _, name = self.field.partition(".")
+        value = self.value * data[section][name] if self.times else self.value
+        return data | {section: data[section] | {name: value}}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
     """One point of the study.
@@ -48,7 +73,7 @@ class Setting:
         rule: "cells" or "mass".
         human: "concerned" or "unconcerned".
         horizon: N_R; anticipation: N_H.
-        changes: further fields of the human model, as (name, value).
+        changes: further fields that differ.
     """
 
     label: str
@@ -56,19 +81,20 @@ class Setting:
     human: str
     horizon: int
     anticipation: int
-    changes: tuple[tuple[str, float], ...] = ()
+    changes: tuple[Change, ...] = ()
 
     @property
     def name(self) -> str:
         """What its results are kept under."""
-        more = "".join(f"--{k}={v:g}" for k, v in self.changes)
+        more = "".join(f"--{change.words}" for change in self.changes)
         return f"{self.label}--{self.rule}--{self.human}--R{self.horizon}--H{self.anticipation}{more}"
 
     def scenario(self, base: Scenario) -> Scenario:
         """Return the scenario of this point."""
-        human = dict(self.changes) | {"horizon": self.anticipation}
         data = base.settings()
-        data["human"] = data["human"] | human
+        for change in self.changes:
+            data = change.applied(data)
+        data["human"] = data["human"] | {"horizon": self.anticipation}
         data["planner"] = data["planner"] | {"horizon": self.horizon, "risk_rule": self.rule}
         if self.rule == "mass":  # P(person within contact + 0.1 m) ≤ P_th; the paper's metres are a distance to cells
             data["planner"] = data["planner"] | {"clearance": None}

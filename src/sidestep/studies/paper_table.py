@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sidestep.studies.paper import Points
+from sidestep.studies.paper import Place, Points
 from sidestep.studies.paper_claims import (
     Finding,
     judge_difference,
@@ -27,7 +27,7 @@ class Claim:
 
     Attributes:
         id: as in the table of claims; statement: in words; paper: what the paper or its recorded runs show.
-        judge: from points, parameter set, rule and definition of PI ("" or "_lateral").
+        judge: from points, the place in the space of parameters, and the definition of PI ("" or "_lateral").
         lab: it is about Section V.
         by_index: it is about performance indices, and judged under both definitions.
     """
@@ -35,7 +35,7 @@ class Claim:
     id: str
     statement: str
     paper: str
-    judge: Callable[[Points, str, str, str], Finding]
+    judge: Callable[[Points, Place, str], Finding]
     lab: bool = False
     by_index: bool = False
 
@@ -89,8 +89,8 @@ CLAIMS: tuple[Claim, ...] = (
     ),
     Claim(
         id="IV-safety",
-        statement="collision probability ≤ P_th at every step",
-        paper="stated as a constraint",
+        statement="collision probability ≤ P_th at every step; the clearance is kept from every cell with P ≥ P_th",
+        paper="stated as constraints; 0.5 m are printed, the authors' scripts have 4 m",
         judge=judge_safety,
     ),
     Claim(

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from sidestep.errors import UnknownName
-from sidestep.studies.paper import PARAMETERS, RULES, Points
-from sidestep.studies.paper_claims import below
-from sidestep.studies.paper_points import Setting
+from sidestep.studies.paper import PLACES, Place, Points
+from sidestep.studies.paper_points import COLUMNS, Setting
 from sidestep.studies.paper_table import CLAIMS, Claim
+from sidestep.types import FloatArray
 
 INDICES = {"": "as printed: Σ‖x − g‖², m²", "_lateral": "Σ of the absolute lateral offset, m"}
+_VALUES = {"printed": "printed", "authors": "authors'"}
+NAMED = 4  # places that a row lists; the figure and the grid of the results have all
 
 
 def chosen_claims(ids: str | None) -> list[Claim]:
@@ -30,79 +33,96 @@ def chosen_claims(ids: str | None) -> list[Claim]:
     return [known[name] for name in ids.split(",")]
 
 
-def rows(claims: list[Claim], points: Points, regions: dict[str, str]) -> list[dict[str, Any]]:
-    """Return one row per claim, parameter set, rule and definition of PI, ready for JSON.
+def asked_by(claims: Sequence[Claim], places: Sequence[Place] = PLACES) -> list[Setting]:
+    """Return the points that the claims are judged by, found by judging them on points that note what is asked for."""
+    noting = _Noting()
+    rows(claims, Points(values=noting), places)
+    return list(noting.asked)
+
+
+class _Noting(Mapping[Setting, FloatArray]):
+    """Points of one seed, all of them zero, that remember which were looked at."""
+
+    def __init__(self) -> None:
+        self.asked: dict[Setting, FloatArray] = {}
+
+    def __getitem__(self, setting: Setting) -> FloatArray:
+        return self.asked.setdefault(setting, np.zeros((1, len(COLUMNS))))
+
+    def __iter__(self) -> Iterator[Setting]:
+        return iter(self.asked)
+
+    def __len__(self) -> int:
+        return len(self.asked)
+
+
+def rows(claims: Sequence[Claim], points: Points, places: Sequence[Place] = PLACES) -> list[dict[str, Any]]:
+    """Return one row per claim, place and definition of PI, ready for JSON.
 
     Args:
-        claims: to be judged; points: what was run; regions: claim id → where it holds, from `holds_when`.
+        claims: to be judged; points: what was run; places: parameter sets and rules, or those of a sweep.
     """
     table: list[dict[str, Any]] = []
     for claim in claims:
-        for parameters in PARAMETERS:
-            for rule in RULES:
-                for index in INDICES if claim.by_index else ("",):
-                    found = claim.judge(points, parameters, rule, index)
-                    table.append(
-                        {
-                            "id": claim.id,
-                            "parameters": parameters,
-                            "rule": rule,
-                            "index": INDICES[index] if claim.by_index else None,
-                            "statement": claim.statement,
-                            "paper": claim.paper,
-                            "measured": found.measured,
-                            "interval": list(found.interval),
-                            "n": found.n,
-                            "verdict": found.verdict,
-                            "quantity": found.quantity,
-                            "detail": dict(found.detail),
-                            "holds_when": regions.get(claim.id, "") if found.verdict != "holds" else "",
-                        }
-                    )
+        for place in places:
+            for index in INDICES if claim.by_index else ("",):
+                found = claim.judge(points, place, index)
+                table.append(
+                    {
+                        "id": claim.id,
+                        "parameters": place.parameters,
+                        "rule": place.rule,
+                        "index": INDICES[index] if claim.by_index else None,
+                        "statement": claim.statement,
+                        "paper": claim.paper,
+                        "measured": found.measured,
+                        "interval": list(found.interval),
+                        "n": found.n,
+                        "verdict": found.verdict,
+                        "quantity": found.quantity,
+                        "detail": dict(found.detail),
+                        "holds_when": "",
+                        "at": place.words,
+                    }
+                )
     return table
 
 
-def holds_when(points: Points, settings: list[Setting]) -> tuple[dict[str, str], list[dict[str, Any]]]:
-    """Look for the region of parameters in which the claims of Section IV-A (and the telling apart) hold.
+def failing_claims(table: Sequence[dict[str, Any]]) -> set[tuple[str, str | None]]:
+    """Return (id, definition of PI) of every claim that holds under neither parameter set, by whichever rule."""
+    held = {(row["id"], row["index"]) for row in table if row["verdict"] == "holds"}
+    return {(row["id"], row["index"]) for row in table} - held
 
-    Returns:
-        claim id → region in words; and the whole grid, one entry per claim and point.
+
+def with_regions(table: Sequence[dict[str, Any]], grid: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the table with `holds_when` filled in where a claim does not hold.
+
+    Where it holds under the other parameter set that is said; where it holds under neither, what the sweep found, "at
+    none" included.
+
+    Args:
+        table: the rows of the parameter sets; grid: those of the sweep.
     """
-    quantities = {"IV-A-shorter": "robot_length", "IV-A-smoother": "robot_turning", "IV-A-narrower": "entropy"}
-    grid: list[dict[str, Any]] = []
-    for changes in dict.fromkeys(s.changes for s in settings):
-        here = {(s.human, s.anticipation): s for s in settings if s.changes == changes}
-        for claim, column in quantities.items():
-            ahead = points.column(here["concerned", 5], column)
-            blind = points.column(here["concerned", 0], column)
-            found = below(ahead - blind, 0.0, column)
-            grid.append(_entry(claim, changes, found.measured, found.interval, found.verdict))
-        right = np.concatenate(
-            [
-                points.column(here["concerned", 5], "belief_at_closest") > 0.9,
-                points.column(here["unconcerned", 5], "belief_at_closest") < 0.1,
-            ]
-        )
-        share = float(right.mean())
-        grid.append(
-            _entry("V-distinguishes", changes, share, (share, share), "holds" if share >= 0.9 else "does not hold")
-        )
-    regions: dict[str, str] = {}
-    for claim in {entry["claim"] for entry in grid}:
-        good = [entry["at"] for entry in grid if entry["claim"] == claim and entry["verdict"] == "holds"]
-        regions[claim] = "authors' values but " + " | ".join(good) if good else "nowhere in the sweep"
-    return regions, grid
+    failing = failing_claims(table)
+
+    def completed(row: dict[str, Any]) -> dict[str, Any]:
+        same = (row["id"], row["index"])
+        if same in failing:
+            return row | {"holds_when": _region(row["id"], row["index"], grid)}
+        held = [r for r in table if (r["id"], r["index"]) == same and r["verdict"] == "holds"]
+        if row["verdict"] == "holds" or row["parameters"] in {r["parameters"] for r in held}:
+            return row
+        return row | {"holds_when": " or ".join(dict.fromkeys(f"the {_VALUES[r['parameters']]} values" for r in held))}
+
+    return [completed(row) for row in table]
 
 
-def _entry(
-    claim: str, changes: tuple[tuple[str, float], ...], measured: float, interval: tuple[float, float], verdict: str
-) -> dict[str, Any]:
-    at = ", ".join(f"{k} {v:g}" for k, v in changes)
-    return {
-        "claim": claim,
-        "at": at,
-        "changes": dict(changes),
-        "measured": measured,
-        "interval": list(interval),
-        "verdict": verdict,
-    }
+def _region(claim: str, index: str | None, grid: Sequence[dict[str, Any]]) -> str:
+    here = [entry for entry in grid if (entry["id"], entry["index"]) == (claim, index)]
+    good = [entry["at"] for entry in here if entry["verdict"] == "holds"]
+    if not here:
+        return ""
+    if not good:
+        return f"at none of {len(here)} places around the authors' values"
+    more = f"; and {len(good) - NAMED} more" if len(good) > NAMED else ""
+    return f"at {len(good)} of {len(here)} places around the authors' values: {'; '.join(good[:NAMED])}{more}"

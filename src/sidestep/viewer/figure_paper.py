@@ -147,23 +147,30 @@ def replay_figure(runs: Sequence[tuple[str, FloatArray, FloatArray]]) -> Figure:
 
 
 def region_figure(grid: Sequence[Mapping[str, object]]) -> Figure:
-    """Return where claims hold in the neighbourhood of the authors' values: a column per claim, a mark per point."""
-    claims = list(dict.fromkeys(str(e["claim"]) for e in grid))
+    """Return where claims hold in the neighbourhood of the authors' values: a column per claim, a mark per place."""
+    claims = list(dict.fromkeys(map(_claim, grid)))
     places = list(dict.fromkeys(str(e["at"]) for e in grid))
-    figure = new_figure(9.0, 1.6 + 0.35 * len(places))
+    figure = new_figure(4.6 + 0.62 * len(claims), 2.2 + 0.3 * len(places))
     axes = figure.subplots()
     marks = {"holds": ("o", ROBOT), "undecided": ("s", PEOPLE[3]), "does not hold": ("x", PEOPLE[0])}
     for verdict, (mark, colour) in marks.items():
         spots = [e for e in grid if e["verdict"] == verdict]
-        x = [claims.index(str(e["claim"])) for e in spots]
+        x = [claims.index(_claim(e)) for e in spots]
         y = [places.index(str(e["at"])) for e in spots]
         axes.plot(x, y, mark, color=colour, markersize=9, markeredgewidth=2, label=verdict)
-    axes.set_xticks(range(len(claims)), claims, fontsize=SMALL)
+    axes.set_xticks(range(len(claims)), claims, fontsize=SMALL, rotation=30, ha="left")
+    axes.xaxis.tick_top()
     axes.set_yticks(range(len(places)), places, fontsize=SMALL)
     axes.set_xlim(-0.5, len(claims) - 0.5)
     axes.invert_yaxis()
-    for side in ("top", "right"):
+    for side in ("bottom", "right"):
         axes.spines[side].set_visible(False)
-    axes.set_title("authors' values, with", fontsize=TEXT, loc="left", color=INK)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=3, fontsize=SMALL, frameon=False)
+    axes.set_ylabel("the authors' values, but for", fontsize=TEXT, color=INK)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=SMALL, frameon=False)
     return figure
+
+
+def _claim(entry: Mapping[str, object]) -> str:
+    """A claim, and by which index."""
+    lateral = "lateral" in str(entry["index"] or "")
+    return f"{entry['id']}{' (lateral)' if lateral else ''}"
