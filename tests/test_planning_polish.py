@@ -14,8 +14,10 @@ from sidestep.planning.geodesic import distance_to_goal
 from sidestep.planning.polish import polish
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import search
+from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
 
+INERTIA = Inertia(velocity=np.array([0.4, 0.1]), acceleration=1.0, time_step=0.5, interval=0.1)
 WALLS = Obstacles(polygons=[[(1.0, -2.0), (1.1, -2.0), (1.1, 0.4), (1.0, 0.4)]])
 
 
@@ -41,8 +43,7 @@ def test_polish_never_costs_more_and_never_breaks_a_limit(
     )
     given_ = problem(
         shape=shape, goal_cost=goal_cost, soft_risk_weight=soft, people=people, graded=graded, risk_limit=0.05,
-        obstacles=WALLS if walls else None, velocity=np.array([0.4, 0.1]) if limited else None,
-        max_acceleration=1.0 if limited else None,
+        obstacles=WALLS if walls else None, inertia=INERTIA if limited else None,
     )  # fmt: skip
     found = search(given_)
     refined = polish(given_, found)

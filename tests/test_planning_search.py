@@ -17,9 +17,10 @@ from sidestep._kernels import min_plus, search_tube
 from sidestep._kernels import search as kernel
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import distance_to_goal
-from sidestep.planning.problem import LAG, PlanningProblem
+from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import Outlook, search
 from sidestep.planning.search_maps import lattice_taps, prepare, resolution
+from sidestep.planning.stopping import LAG, Inertia
 from sidestep.prediction.collision import RiskField, all_in_reach
 from sidestep.prediction.first_step import FirstStep
 
@@ -390,16 +391,20 @@ def test_cells_rule_keeps_off_every_cell_above_the_threshold():
         assert steps[k][near].max(initial=0.0) < threshold
 
 
+def inertia(velocity: tuple[float, ...], acceleration: float) -> Inertia:
+    return Inertia(velocity=np.array(velocity), acceleration=acceleration, time_step=0.5, interval=0.1)
+
+
 def test_acceleration_limits_the_first_action():
-    given_ = problem(velocity=np.array([0.0, 0.5]), max_acceleration=0.8, resolution=5)
+    given_ = problem(inertia=inertia((0.0, 0.5), 0.8), resolution=5)
     found = search(given_)
     first = (found.path[1] - found.path[0]) / 0.5
     assert np.linalg.norm(first - [0.0, 0.5]) <= given_.largest_change + 1e-9
     assert given_.largest_change**2 / (2 * 0.8) <= LAG + 1e-12
     assert given_.allows(found.path)
-    too_fast = search(replace(given_, velocity=np.array([5.0, 0.0])))  # back into the speed limit, nothing else
+    too_fast = search(replace(given_, inertia=inertia((5.0, 0.0), 0.8)))  # back into the speed limit, nothing else
     assert too_fast.path[1] == pytest.approx([0.5, 0.0])
-    hardly = search(replace(given_, velocity=np.array([0.13, 0.12]), max_acceleration=0.01))
+    hardly = search(replace(given_, inertia=inertia((0.13, 0.12), 0.01)))
     assert (hardly.path[1] - hardly.path[0]) / 0.5 == pytest.approx([0.2, 0.2])  # the nearest action there is
 
 

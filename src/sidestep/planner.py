@@ -217,13 +217,14 @@ class Planner:
     def _plan(self, now: Situation, outcome: Outcome, started: float) -> Plan:
         seen, settings = outcome.foreseen, self.settings
         velocities = (outcome.path[1:] - outcome.path[:-1]) / settings.time_step
+        asked = velocities[0] if now.inertia is None else now.inertia.asked(velocities[:1])[0]
         risk = np.maximum(outcome.risk[0::2], outcome.risk[1::2])
         wary = [s.mind for s in seen.near if s.mind.belief.concerned < (settings.signal_belief or 0.0)]
         return Plan(
             time=now.time,
             time_step=settings.time_step,
-            velocity=frozen_array(self.robot.limited(velocities[0])),
-            command=frozen_array(self.robot.command(velocities[0], now.state, hold=self._interval)),
+            velocity=frozen_array(self.robot.limited(asked)),
+            command=frozen_array(self.robot.command(asked, now.state, hold=self._interval)),
             positions=settled(outcome.path),
             velocities=sealed(velocities),
             collision_probability=sealed(seen.contact),

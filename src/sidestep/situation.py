@@ -6,7 +6,7 @@ From it follow the prediction that a robot motion induces, and Eq. 9 under that 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -20,6 +20,7 @@ from sidestep.planning.plan import Plan
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
+from sidestep.planning.stopping import Inertia
 from sidestep.robots import Robot, RobotState
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import Path, Vector
@@ -65,11 +66,16 @@ class Situation:
 
     @property
     def recourse_steps(self) -> int | None:
-        """Steps after which exceeding the limit costs less, since it will be judged again; None: no such step."""
+        """Steps after which exceeding the limit costs less, since it will be judged again; None: no such step.
+
+        Judged again while there is still time to stop: a base of limited acceleration needs it for longer.
+        """
         s = self.settings
         if s.recourse is None or s.risk_rule != "mass" or self.wish is not None:
             return None
-        return max(round(s.recourse / s.time_step), 1)
+        inertia, most = self.inertia, self.around.horizon
+        needed = 0 if inertia is None else math.ceil(min(inertia.time_to_stop / s.time_step, most))
+        return max(round(s.recourse / s.time_step), needed, 1)
 
     def check(self) -> None:
         """Raise `OutOfTime` when no further kernel may be started."""
@@ -113,8 +119,8 @@ class Situation:
             obstacles=self.around.obstacles,
             margin=robot.planning_radius,
             distance_to_goal=self.field,
-            velocity=robot.reference_velocity(self.state),
-            max_acceleration=robot.planning_acceleration,
+            inertia=self.inertia,
+            stop_limit=settings.risk_limit if settings.first_step_limit is None else settings.first_step_limit,
             resolution=settings.search_resolution,
             wish=self.wish,
             wish_weight=0.0 if self.wish is None else _WISH * self.around.horizon,
@@ -134,9 +140,31 @@ class Situation:
         strides = np.arange(self.around.horizon + 1)[:, None]
         return [self.start + np.minimum(strides, 1) * stride, self.start + strides * stride]
 
+    @property
+    def inertia(self) -> Inertia | None:
+        """What a base of limited acceleration can do now; None where it can do anything, or its velocity is unknown."""
+        acceleration, velocity = self.robot.planning_acceleration, self.robot.reference_velocity(self.state)
+        if acceleration is None or velocity is None or not np.isfinite(velocity).all():
+            return None
+        return Inertia(
+            velocity=velocity,
+            acceleration=acceleration,
+            time_step=self.settings.time_step,
+            interval=self.around.interval,
+        )
+
     def standing(self) -> Path:
-        """Return (N+1, d) m: the robot stays where it is."""
-        return np.repeat(self.start[None], self.around.horizon + 1, axis=0)
+        """Return (N+1, d) m: the robot stays where it is, or comes to stand as soon as it can."""
+        path, inertia = np.repeat(self.start[None], self.around.horizon + 1, axis=0), self.inertia
+        if inertia is None:
+            return path
+        means = inertia.hardest_stop()[None]
+        stop = replace(inertia, interval=inertia.time_step).stops(means, 2 * self.around.horizon)
+        path[1:] += stop.ends
+        whole = stop.shifts[0, 1::2]
+        path[1 : 1 + len(whole)] = self.start + whole
+        path[1] = self.start + means[0] * inertia.time_step
+        return path
 
 
 def circumstances(

@@ -55,10 +55,10 @@ class Plan:
     Attributes:
         time: s, for which the plan was made.
         time_step: s, ΔT between the positions.
-        velocity: (d,) m/s, to be applied until the next call.
+        velocity: (d,) m/s, to be applied until the next call; where acceleration is limited, what to ramp to.
         command: what the robot's base takes: the velocity, or (v, ω) in m/s and rad/s for a differential drive.
         positions: (N+1, d) m, k = 0..N.
-        velocities: (N, d) m/s.
+        velocities: (N, d) m/s, means over each step.
         collision_probability: (N,) P_coll(k|t), k = 1..N, recomputed under the prediction that this plan induces.
         risk: (N,) what the risk rule limits, at k = 1..N ("mass": P(a person within clearance), mid-steps too).
         risk_limit: P_th of the rule.

@@ -98,16 +98,41 @@ def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> tuple[Fl
     walls = _NO_ROOM if problem.obstacles is None else _wall_room(problem, path, directions, maps.spacing)
     model = _NO_MODEL if problem.distance_to_goal is None else _goal_model(problem, path)
     wish, wish_weight = (path[0], 0.0) if problem.wish is None else (problem.wish, problem.wish_weight)
-    velocity, change = (path[0], math.inf) if problem.velocity is None else (problem.velocity, problem.largest_change)
+    velocity = path[0] if problem.inertia is None else problem.inertia.velocity
     limit = 0.5 if problem.rule == "cells" else problem.risk_limit
-    return program_around(
+    rows, planes = program_around(
         path, maps.spacing, directions,
         problem.goal, problem.goal_weights, problem.goal_cost == "squared", problem.terminal_weight, model,
         problem.effort_weights, problem.time_step, wish, wish_weight,
         rasters.values, rasters.starts, rasters.some, *rasters.boxes, limit,
         problem.half_share, problem.soft_risk_weight, problem.excess_weights,
-        walls, problem.max_speed, problem.shape == "box", velocity, change,
+        walls, problem.max_speed, problem.shape == "box", velocity, problem.largest_change,
     )  # fmt: skip
+    if problem.inertia is None:
+        return rows, planes
+    gentle = _gentle(path, problem.inertia.acceleration * problem.time_step**2)
+    return rows, np.hstack([planes, gentle]) if planes.size else gentle
+
+
+def _gentle(path: Path, change: float) -> FloatArray:
+    """Half-planes (N·d + 1, 2·d·(N−1)) that keep steps in a row within `change` m of each other, or as far as they are.
+
+    Each column holds what the positions are multiplied by, and below it the limit.
+    """
+    steps, d = path.shape[0] - 1, path.shape[1]
+    bends = _bends(steps, d)
+    now = np.diff(path, n=2, axis=0).ravel()
+    most = np.maximum(change / math.sqrt(d), np.abs(now))
+    fixed = np.zeros_like(now)
+    fixed[:d] = path[0]  # the first bend counts from where the robot is
+    return np.vstack([np.hstack([bends.T, -bends.T]), np.concatenate([most - fixed, most + fixed])])
+
+
+@lru_cache(maxsize=32)
+def _bends(steps: int, d: int) -> FloatArray:
+    """((N−1)·d, N·d) the second differences of the positions x_1..x_N; x_0, which is given, is left out."""
+    rows = np.diff(np.eye(steps + 1), n=2, axis=0)[:, 1:]
+    return sealed(np.kron(rows, np.eye(d)).astype(np.float64))
 
 
 def _goal_model(problem: PlanningProblem, path: Path) -> FloatArray:

@@ -22,12 +22,10 @@ from sidestep._kernels.risk_sweep import forbid_changes
 from sidestep.human.cost import per_axis
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import DistanceField
+from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
-from sidestep.types import FloatArray, Path, RiskRule, Vector, sealed
-
-LAG = 0.05
-"""m, how far a base of limited acceleration may lag behind its plan."""
+from sidestep.types import BoolArray, FloatArray, Path, RiskRule, Vector, sealed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +51,8 @@ class PlanningProblem:
         obstacles: walls, or None; margin: m, to be kept from them.
         distance_to_goal: walking distance around walls; replaces the straight line in the goal cost "distance" and,
             squared, in "squared" (θ5 of the first axis then counts for all).
-        velocity: (d,) m/s now, and max_acceleration: m/s²; both are needed to limit the first action (see `LAG`).
+        inertia: of a base of limited acceleration, which limits the first action, or None; stop_limit: largest
+            admissible risk at each half instant until such a base, braking from the next call on, would stand.
         resolution: K, largest tap of the search; None: by the budget.
         wish: (d,) m/s, a first velocity that somebody else asks for, or None; wish_weight: cost per m²/s² off it.
     """
@@ -81,8 +80,8 @@ class PlanningProblem:
     obstacles: Obstacles | None = None
     margin: float = 0.3
     distance_to_goal: DistanceField | None = None
-    velocity: Vector | None = None
-    max_acceleration: float | None = None
+    inertia: Inertia | None = None
+    stop_limit: float = 0.01
     resolution: int | None = None
     wish: Vector | None = None
     wish_weight: float = 0.0
@@ -161,33 +160,59 @@ class PlanningProblem:
     def largest_change(self) -> float:
         """m/s by which the first action may differ from the present velocity; inf without a limit.
 
-        A base that ramps its velocity at the limit lags behind the planned step by change²/(2·acceleration) ≤ `LAG`.
         From outside the speed limit, the way back into it is always allowed.
         """
-        if self.max_acceleration is None or self.velocity is None:
+        if self.inertia is None:
             return math.inf
-        now: list[float] = self.velocity.tolist()
+        now: list[float] = self.inertia.velocity.tolist()
         limited = now if self.shape == "box" else [math.hypot(*now)]
         outside = math.hypot(*(max(abs(v) - self.max_speed, 0.0) for v in limited))
-        return max(outside, min(self.max_acceleration * self.time_step, math.sqrt(2.0 * self.max_acceleration * LAG)))
+        return max(outside, self.inertia.largest_change)
 
-    def first_step_costs(self, velocities: FloatArray) -> FloatArray:
+    def first_step_costs(self, velocities: FloatArray, *, abruptly: bool = False) -> FloatArray:
         """Return (M,) what each first action costs beyond its effort; inf where it is not admissible.
 
-        Judged are the acceleration, the risk until the next call and the walls along the first step.
+        Judged are the acceleration, the risk until the next call, the walls along the first step, and, where
+        acceleration is limited, the way on which the base would come to stand.
+
+        Args:
+            velocities: (M, d) m/s, means over the first step; abruptly: whatever the acceleration they need.
         """
         if self.first_step is None:
             out = np.zeros(len(velocities))
         else:
             out = self.first_step.costs(self.start, velocities, graded=self.graded, steep=self.steep_risk_weight)
-        if self.velocity is not None and self.max_acceleration is not None:
-            forbid_changes(velocities, self.velocity, self.largest_change, out)
+        if self.inertia is not None and not abruptly:
+            forbid_changes(velocities, self.inertia.velocity, self.largest_change, out)
         if self.obstacles is not None:
             ends = self.start + velocities * self.time_step
-            margin = min(self.margin, float(self.obstacles.distance(self.start[None])[0]) - 1e-9)
-            starts = np.broadcast_to(self.start, ends.shape)
-            out[~self.obstacles.segment_free(starts, ends, margin)] = np.inf
+            out[~self._free(np.broadcast_to(self.start, ends.shape), ends)] = np.inf
+        if self.inertia is not None:
+            left = np.flatnonzero(np.isfinite(out))
+            out[left] += self._stop_costs(self.inertia, velocities[left])
         return out
+
+    def _stop_costs(self, inertia: Inertia, velocities: FloatArray) -> FloatArray:
+        """(M,) 0 where the base can stop after a first action without more risk than `stop_limit`, else as graded."""
+        stops = inertia.stops(velocities, 2 * self.horizon)
+        excess = np.zeros(len(velocities))
+        if self.people is not None and self.people.people and stops.moving.any():
+            which, half = np.nonzero(stops.moving)
+            seen = self.people.at_instants(half + 1, self.start + stops.shifts[which, half])
+            limit = 0.5 if self.rule == "cells" else self.stop_limit
+            np.add.at(excess, which, np.maximum(seen - limit * (1.0 + 1e-6) - 1e-9, 0.0))
+        if self.obstacles is not None:
+            starts = np.broadcast_to(self.start, velocities.shape)
+            excess += ~self._free(starts, self.start + stops.ends)
+        if self.graded:
+            return self.half_share * self.later_risk_weight * excess
+        return np.where(excess > 0.0, np.inf, 0.0)
+
+    def _free(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
+        """(M,) whether straight ways (M, d) m from where the robot is come no nearer to walls than they may."""
+        assert self.obstacles is not None
+        margin = min(self.margin, float(self.obstacles.distance(self.start[None])[0]) - 1e-9)
+        return self.obstacles.segment_free(starts, ends, margin)
 
     def allows(self, path: Path, risk: FloatArray | None = None) -> bool:
         """Return whether `path` (N+1, d) m respects every limit: speed, walls, first step and (unless graded) risk."""

@@ -131,7 +131,8 @@ def _look(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: floa
     return cheapest_path(
         problem.start, maps.spacing, problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first,
         maps.stage, maps.terminal, maps.blocked, maps.blocked_halfway, rasters.values, rasters.starts, rasters.some,
-        *rasters.boxes, share * weight, limit * (1 + 1e-6) + 1e-9, steep, problem.standing_share, *maps.boxes, path,
+        *rasters.boxes, share * weight, limit * (1 + 1e-6) + 1e-9, steep, problem.standing_share, *maps.boxes,
+        math.inf if problem.inertia is None else problem.inertia.taps_apart(maps.spacing), path,
     )  # fmt: skip
 
 

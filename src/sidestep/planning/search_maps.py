@@ -172,11 +172,12 @@ def _first_costs(problem: PlanningProblem, velocities: FloatArray) -> NDArray[np
     costs = problem.first_step_costs(velocities)
     if problem.wish is not None:
         costs += problem.wish_costs(velocities)
-    if problem.velocity is not None and problem.largest_change < math.inf and not np.isfinite(costs).any():
-        free = replace(problem, max_acceleration=None).first_step_costs(velocities) + problem.wish_costs(velocities)
-        change = np.where(np.isfinite(free), np.square(velocities - problem.velocity).sum(axis=1), np.inf)
-        nearest = int(change.argmin())
-        costs[nearest] = free[nearest]
+    if problem.inertia is not None and not np.isfinite(costs).any():
+        change = np.linalg.norm(velocities - problem.inertia.velocity, axis=1)
+        if change.min() > problem.largest_change:
+            free = problem.first_step_costs(velocities, abruptly=True) + problem.wish_costs(velocities)
+            nearest = int(np.where(np.isfinite(free), change, np.inf).argmin())
+            costs[nearest] = free[nearest]
     return costs.astype(np.float32)
 
 

@@ -71,8 +71,11 @@ class RiskField:
 
     def at(self, instant: int, points: FloatArray) -> FloatArray:
         """Return (M,) the probability that somebody is close to each of the `points` (M, d) m at a half instant."""
-        index = np.full(len(points), instant, dtype=np.int64)
-        return 1.0 - np.prod(1.0 - self.per_person(index, points), axis=0)
+        return self.at_instants(np.full(len(points), instant, dtype=np.int64), points)
+
+    def at_instants(self, instants: IntArray, points: FloatArray) -> FloatArray:
+        """Return (M,) the probability that somebody is close to each point (M, d) m at its half instant (M,)."""
+        return 1.0 - np.prod(1.0 - self.per_person(instants, points), axis=0)
 
     def along(self, path: Path) -> FloatArray:
         """Return (2N,) the probability at half instants 1..2N for a robot on `path` (N+1, d) m, straight between steps.

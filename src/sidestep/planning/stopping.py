@@ -1,0 +1,125 @@
+"""What a base of limited acceleration can still do: the velocity to ask of it, and how it comes to stand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sidestep.types import BoolArray, FloatArray, Vector
+
+LAG = 0.05
+"""m, how far a base of limited acceleration may stray from its plan within a step."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Inertia:
+    """A base that cannot change its velocity at once.
+
+    Attributes:
+        velocity: (d,) m/s now; acceleration: m/s² at most (> 0).
+        time_step: s, ΔT; interval: s until the next call, ≤ ΔT, before which nothing new can be asked.
+    """
+
+    velocity: Vector
+    acceleration: float
+    time_step: float
+    interval: float
+
+    @property
+    def largest_change(self) -> float:
+        """m/s by which the mean velocity of the first step may differ from the present one.
+
+        A ramp at the limit strays from the straight step by change²/(2·acceleration) ≤ `LAG` on its way.
+        """
+        a = self.acceleration
+        return min(a * self.time_step, math.sqrt(2.0 * a * LAG))
+
+    @property
+    def time_to_stop(self) -> float:
+        """How many s the base needs to stand, if it is asked to from the next call on, and speeds up until then."""
+        return 2.0 * self.interval + math.sqrt(float(self.velocity @ self.velocity)) / self.acceleration
+
+    def taps_apart(self, spacing: float) -> float:
+        """Return by how many cells of `spacing` m the displacements of two steps in a row may differ; one at least."""
+        return max(self.acceleration * self.time_step**2 / spacing, 1.0) * (1.0 + 1e-9)
+
+    def asked(self, means: FloatArray) -> FloatArray:
+        """Return (M, d) m/s, what to ask for where the mean velocity over the step is to be `means` (M, d) m/s.
+
+        While the base ramps it is behind. Asked for the mean itself it ends up change²/(2·a) short of the plan; to be
+        there it must be asked for a change c with c − c²/(2·a·ΔT) = change. It is, but for what would turn a stop into
+        a way back: the lag is then smaller than that of asking for the mean, and the base does not swing.
+        """
+        change = means - self.velocity
+        size = _norms(change)
+        most = self.acceleration * self.time_step
+        full = most * (1.0 - np.sqrt(np.maximum(1.0 - 2.0 * size / most, 0.0)))
+        more = change * (np.maximum(full - size, 0.0) / np.maximum(size, 1e-12))[:, None]  # beyond the means
+        slowest = -(means * more).sum(axis=1) / np.maximum(np.square(more).sum(axis=1), 1e-24)
+        return means + more * np.where((slowest >= 0.0) & (slowest < 1.0), slowest, 1.0)[:, None]
+
+    def hardest_stop(self) -> Vector:
+        """Return (d,) m/s, the mean velocity over the first step of the hardest braking within `largest_change`."""
+        speed = math.sqrt(float(self.velocity @ self.velocity))
+        if speed == 0.0:
+            return self.velocity
+        ramp = min(speed / self.acceleration, self.time_step)
+        braked = (speed - 0.5 * self.acceleration * ramp) * ramp / self.time_step
+        return self.velocity * (max(braked, speed - self.largest_change) / speed)
+
+    def stops(self, means: FloatArray, instants: int) -> Stops:
+        """Return the motions that begin toward mean velocities (M, d) m/s and brake from the next call on.
+
+        Args:
+            means: of the first step; instants: how many half instants are looked at, at most.
+        """
+        a = self.acceleration
+        change = self.asked(means) - self.velocity
+        size = _norms(change)
+        rate = change * (a / np.maximum(size, 1e-12))[:, None]  # (M, d) m/s² until what is asked for is reached
+        ramp = np.minimum(size / a, self.interval)[:, None]
+        met = self.velocity + rate * ramp  # (M, d) m/s at the next call
+        speed = _norms(met)
+        over = self.interval + speed / a
+        still = (speed < 1e-9) & (_norms(self.velocity[None]) < 1e-9)
+        over[still] = 0.0
+        halves = min(math.ceil(2.0 * float(over.max(initial=0.0)) / self.time_step), instants)
+        times = 0.5 * self.time_step * np.arange(1, halves + 1)[:, None, None]
+        driven = np.minimum(times, self.interval)
+        ramped = np.minimum(driven, ramp)
+        braking = np.clip(times - self.interval, 0.0, (speed / a)[:, None])
+        along = met / np.maximum(speed, 1e-12)[:, None]
+        shifts = (
+            self.velocity * ramped + 0.5 * rate * ramped**2 + met * (driven - ramped)
+            + met * braking - 0.5 * a * along * braking**2
+        )  # fmt: skip
+        last = (
+            self.velocity * ramp + 0.5 * rate * ramp**2 + met * (self.interval - ramp) + met * speed[:, None] / (2 * a)
+        )
+        return Stops(
+            shifts=np.ascontiguousarray(shifts.transpose(1, 0, 2)),
+            moving=times[:, :, 0].T - 0.5 * self.time_step < over[:, None],
+            ends=np.where(still[:, None], 0.0, last),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Stops:
+    """M motions that come to stand.
+
+    Attributes:
+        shifts: (M, J, d) m, from where the robot is now to where it is at half instants 1..J; it stays where it stops.
+        moving: (M, J) whether it still moves in the half step that ends there.
+        ends: (M, d) m, from where the robot is now to where it stands at last.
+    """
+
+    shifts: FloatArray
+    moving: BoolArray
+    ends: FloatArray
+
+
+def _norms(vectors: FloatArray) -> FloatArray:
+    """(M,) lengths of (M, d)."""
+    return np.sqrt(np.square(vectors).sum(axis=1))

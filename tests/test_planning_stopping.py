@@ -1,0 +1,171 @@
+"""Bases that cannot change their velocity at once: against small steps of the base itself, and among people."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import settings as options
+from hypothesis import strategies as st
+
+from made_masses import still_person
+from sidestep.obstacles import Obstacles
+from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.search import search
+from sidestep.planning.stopping import LAG, Inertia
+from sidestep.prediction.collision import RiskField
+from sidestep.robots import Holonomic, RobotState
+from sidestep.simulation.loop import simulate
+from sidestep.simulation.metrics import measure
+from sidestep.simulation.scenario import Scenario
+from sidestep.studies.scale import encounter
+
+STEP = 0.5
+SMALL = 0.0005  # s
+
+speeds = st.floats(-1.0, 1.0)
+bases = st.builds(
+    lambda x, y, a, interval: Inertia(velocity=np.array([x, y]), acceleration=a, time_step=STEP, interval=interval),
+    speeds, speeds, st.floats(0.2, 5.0), st.sampled_from([0.02, 0.1, 0.5]),
+)  # fmt: skip
+
+
+def driven(base: Inertia, asked: np.ndarray, hold: float, until: float) -> np.ndarray:
+    """(T, d) m, every `SMALL` s: the base ramps to `asked` for `hold` s, then to standing. The slow twin."""
+    robot = Holonomic(max_speed=50.0, max_acceleration=base.acceleration, shape="disc")
+    state = RobotState(position=np.zeros(2), velocity=base.velocity)
+    places = [state.position]
+    for n in range(round(until / SMALL)):
+        state = robot.executed(asked if (n + 0.5) * SMALL < hold else np.zeros(2), state, SMALL)
+        places.append(state.position)
+    return np.array(places)
+
+
+@given(base=bases, x=speeds, y=speeds)
+@options(max_examples=40, deadline=None)
+def test_stops_are_where_small_steps_of_the_base_lead(base, x, y):
+    means = np.array([[x, y]])
+    stops = base.stops(means, 12)
+    path = driven(base, base.asked(means)[0], base.interval, 6.0)
+    halves = np.arange(1, stops.shifts.shape[1] + 1)
+    assert stops.shifts[0] == pytest.approx(path[np.round(halves * STEP / 2 / SMALL).astype(int)], abs=5e-3)
+    moved = np.linalg.norm(np.diff(path, axis=0), axis=1) > 1e-7
+    last = np.flatnonzero(moved)[-1] * SMALL if moved.any() else 0.0
+    if last < 5.9:
+        assert stops.ends[0] == pytest.approx(path[-1], abs=5e-3)
+    for half, moving in zip(halves, stops.moving[0], strict=True):
+        if abs((half - 1) * STEP / 2 - last) > 0.01:
+            assert moving == ((half - 1) * STEP / 2 < last)
+
+
+@given(base=bases, angle=st.floats(0, 2 * math.pi), share=st.floats(0, 1))
+@options(max_examples=60, deadline=None)
+def test_what_is_asked_leads_along_the_plan(base, angle, share):
+    change = share * base.largest_change * np.array([math.cos(angle), math.sin(angle)])
+    mean = base.velocity + change
+    asked = base.asked(mean[None])[0]
+    path = driven(base, asked, STEP, STEP)
+    planned = mean * np.linspace(0, STEP, len(path))[:, None]
+    assert np.linalg.norm(path - planned, axis=1).max() <= LAG + 2e-3
+    assert np.linalg.norm(asked - base.velocity) <= base.acceleration * STEP + 1e-9
+    straight = np.linalg.norm(change) <= 0.5 * base.acceleration * STEP and float(mean @ change) >= 0
+    if straight:  # speeding up, and within reach: the plan is met at the end of the step
+        assert path[-1] == pytest.approx(mean * STEP, abs=2e-3)
+
+
+@given(base=bases)
+@options(max_examples=40, deadline=None)
+def test_a_stop_is_never_turned_into_a_way_back(base):
+    assume(np.linalg.norm(base.velocity) < base.largest_change)
+    asked = base.asked(np.zeros((1, 2)))[0]
+    assert float(asked @ base.velocity) >= -1e-9
+    assert np.linalg.norm(asked) <= 1e-9
+
+
+@given(base=bases)
+@options(max_examples=40, deadline=None)
+def test_the_hardest_stop_is_within_the_change_and_stands_first(base):
+    hardest = base.hardest_stop()
+    assert np.linalg.norm(hardest - base.velocity) <= base.largest_change + 1e-9
+    gentler = 0.5 * (hardest + base.velocity)
+    ends = np.linalg.norm(base.stops(np.array([hardest, gentler]), 40).ends, axis=1)
+    assert ends[0] <= ends[1] + 1e-9
+    at_full = np.linalg.norm(base.velocity) ** 2 / (2 * base.acceleration)  # m, braking from now on
+    assert ends[0] >= at_full - 1e-9
+
+
+def moving_up(speed: float, people: RiskField | None = None, **changes) -> PlanningProblem:
+    """A robot under way along x, that needs `speed`²/2 m to stop."""
+    base = Inertia(velocity=np.array([speed, 0.0]), acceleration=1.0, time_step=STEP, interval=0.1)
+    return PlanningProblem(
+        start=np.zeros(2), goal=np.array([4.0, 0.0]), time_step=STEP, horizon=6, max_speed=1.0, shape="disc",
+        people=people, risk_limit=0.05, inertia=base, **changes,
+    )  # fmt: skip
+
+
+def test_what_cannot_be_stopped_in_time_is_not_begun():
+    crowd = RiskField(people=[still_person(horizon=6, position=(1.25, 0.0))], distances=np.array([0.7]))
+    cautious, fast = np.array([[0.7, 0.0]]), np.array([[1.0, 0.0]])
+    given_ = moving_up(0.95, crowd)
+    assert np.isinf(given_.first_step_costs(fast)[0])  # stands after 0.1 + 0.5 m, nearer than 0.7 m
+    assert given_.first_step_costs(cautious)[0] == 0.0
+    graded = moving_up(0.95, crowd, graded=True)
+    assert 0.0 < graded.first_step_costs(fast)[0] < np.inf
+    assert moving_up(0.95).first_step_costs(fast)[0] == 0.0
+
+    wall = Obstacles(polygons=[[(0.8, -1.0), (1.0, -1.0), (1.0, 1.0), (0.8, 1.0)]])
+    assert np.isinf(moving_up(0.95, obstacles=wall, margin=0.3).first_step_costs(fast * 0.95)[0])
+    far = Obstacles(polygons=[[(1.4, -1.0), (1.5, -1.0), (1.5, 1.0), (1.4, 1.0)]])
+    assert moving_up(0.95, obstacles=far, margin=0.3).first_step_costs(fast * 0.95)[0] == 0.0
+
+
+def test_whoever_stands_may_stand_whatever_comes():
+    crowd = RiskField(people=[still_person(horizon=6, position=(0.3, 0.0))], distances=np.array([0.7]))
+    costs = moving_up(0.0, crowd).first_step_costs(np.array([[0.0, 0.0], [0.2, 0.0]]))
+    assert costs[0] == 0.0
+    assert np.isinf(costs[1])
+
+
+@pytest.mark.parametrize("acceleration", [0.5, 1.0])
+def test_every_step_of_a_plan_can_follow_the_one_before(acceleration):
+    base = Inertia(velocity=np.array([0.0, -0.8]), acceleration=acceleration, time_step=STEP, interval=0.1)
+    crowd = RiskField(people=[still_person(horizon=8, position=(1.5, 0.1))], distances=np.array([0.7]))
+    given_ = PlanningProblem(
+        start=np.zeros(2), goal=np.array([3.5, 0.0]), time_step=STEP, horizon=8, max_speed=1.0, shape="disc",
+        people=crowd, risk_limit=0.05, inertia=base,
+    )  # fmt: skip
+    found = search(given_)
+    assert found.feasible
+    assert given_.allows(found.path)
+    tap = found.maps.spacing / STEP
+    changes = np.linalg.norm(np.diff(found.path, n=2, axis=0), axis=1) / STEP
+    assert changes.max() <= max(acceleration * STEP, tap) + 1e-6
+    free = search(PlanningProblem(**{**fields_of(given_), "inertia": None}))
+    assert free.cost <= found.cost + 1e-6
+    assert np.linalg.norm(np.diff(free.path, n=2, axis=0), axis=1).max() / STEP > changes.max()
+
+
+def fields_of(given_: PlanningProblem) -> dict[str, object]:
+    return {name: getattr(given_, name) for name in given_.__dataclass_fields__}
+
+
+HARD = {0.5: (7, 12, 13, 19, 21, 24, 41, 57, 74, 78), 1.0: (21, 41, 74, 78, 143, 148, 151, 163, 177, 186)}
+"""Encounters in every one of which such a base ran into the person when only its first action was limited."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("acceleration", HARD)
+def test_bases_that_brake_slowly_do_not_run_into_people_who_do_not_look(acceleration):
+    moving = standing = 0
+    for seed in HARD[acceleration]:
+        data = encounter(seed, "unconcerned").settings()
+        data["robot"] |= {"max_acceleration": acceleration, "shape": "disc"}
+        record = simulate(Scenario.parse(data | {"control_step": 0.1, "planning_period": 0.5}), snapshots=0)
+        m = measure(record)
+        assert m.reached_goal
+        moving += m.contacts_moving > 0
+        standing += m.contacts_standing > 0
+    assert moving <= 2
+    assert standing <= 2
