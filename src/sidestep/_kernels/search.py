@@ -5,6 +5,7 @@ Only a box of cells is looked at per step (see `search_tube`); what is off it is
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -266,87 +267,71 @@ def cheapest_path(
 
 
 @njit(cache=True, error_model="numpy")
-def _step_cost(known: Known, seen: Seen, k: int, y0: int, y1: int, y2: int, t: int, than: float) -> float:
-    """Return the cost of tap `t` at step k from a cell, with all that follows; inf where it is not below `than`."""
-    taps, active = known.taps, known.active
-    a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
-    n0, n1, n2 = y0 + a, y1 + b, y2 + c
-    end, mid = 2 * k + 2, 2 * k + 1
-    wide_low, wide = grown(known.low[k], known.size[k], known.radius, known.radius, active)
-    cost = float(known.effort[t]) + float(known.arrive[known.begin[k + 1] + row_at(n0, n1, n2, wide_low, wide)])
-    if cost >= than:
-        return np.inf
-    part = known.share if t == 0 else 1.0
-    if t == 0 and seen.some[end]:
-        risk = seen.values[seen.starts[end] + row_at(n0, n1, n2, seen.low[end], seen.size[end])]
-        cost -= (1.0 - known.share) * charge(float(risk), known.weights[0], known.limit, known.steep[k])
-    if seen.some[mid]:
-        values = seen.values[seen.starts[mid] :]
-        risk = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, values, seen.low[mid], seen.size[mid])
-        cost += part * charge(risk, known.weights[1], known.limit, known.steep[k])
-    if k == 0:
-        cost += known.first[t]
-    elif known.blocked_halfway.size > 0:
-        walls = known.blocked_halfway
-        parity = ((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2]) + (c & 1)
-        f0, f1, f2 = (walls.shape[1] - 1) // 2, (walls.shape[2] - 1) // 2, (walls.shape[3] - 1) // 2
-        if walls[parity, y0 + (a >> 1) + f0, y1 + (b >> 1) + f1, y2 + (c >> 1) + f2]:
-            return np.inf
-    return cost if cost < than else np.inf
-
-
-@njit(cache=True, error_model="numpy")
-def _follow(known: Known, seen: Seen, chosen: IntArray, change: float) -> float:
-    """Write the taps 1..N−1 that follow the first one of `chosen`: at every step the best, ties to the earlier tap.
-
-    Only those that differ from the tap before by `change` at most may be taken. Returns by how much dearer they are
-    than the best of all, summed over the steps; inf where there is none.
-    """
-    taps = known.taps
-    y0, y1, y2 = taps[chosen[0], 0], taps[chosen[0], 1], taps[chosen[0], 2]
-    dearer = 0.0
-    for k in range(1, chosen.size):
-        before = chosen[k - 1]
-        best, least, pick = np.inf, np.inf, 0
-        for t in range(taps.shape[0]):
-            cost = _step_cost(known, seen, k, y0, y1, y2, t, best)
-            if cost < least:
-                least = cost
-            if cost < best:
-                square = 0
-                for axis in range(3):
-                    square += (taps[t, axis] - taps[before, axis]) ** 2
-                if square <= change * change:
-                    best = cost
-                    pick = t
-        if best == np.inf:
-            return np.inf
-        dearer += best - least
-        chosen[k] = pick
-        y0, y1, y2 = y0 + taps[pick, 0], y1 + taps[pick, 1], y2 + taps[pick, 2]
-    return dearer
-
-
-@njit(cache=True, error_model="numpy")
 def _walk(known: Known, seen: Seen, change: float) -> tuple[float, IntArray]:
     """Follow the minimisers from the centre; ties go to the earlier tap.
 
     Where a tap may not differ from the one before by more than `change`, every first tap is followed by the best ones
-    that it leaves; they cost what was expected of all of them and what `_follow` says. Those are the best step by step,
-    not together: for that, the velocity would have to be part of the state.
+    that it leaves; they cost what was expected of all of them and, at every step, by how much the best that is left is
+    dearer than the best of all. Those are the best step by step, not together: for that, the velocity would have to be
+    part of the state.
     """
-    chosen, trial = np.zeros(known.steep.size, np.int64), np.zeros(known.steep.size, np.int64)
+    _, active, taps, effort, first, blocked_halfway, weights, limit, steep, share, low, size, arrive, begin = known
+    wide = np.empty((steep.size, 2, 3), np.int64)
+    for k in range(steep.size):
+        wide[k, 0], wide[k, 1] = grown(low[k], size[k], known.radius, known.radius, active)
+    f0, f1 = (blocked_halfway.shape[1] - 1) // 2, (blocked_halfway.shape[2] - 1) // 2
+    f2 = (blocked_halfway.shape[3] - 1) // 2
+    chosen, trial = np.zeros(steep.size, np.int64), np.zeros(steep.size, np.int64)
+    limited = change < np.inf
     total = np.inf
-    for t in range(known.taps.shape[0]):
-        cost = _step_cost(known, seen, 0, 0, 0, 0, t, total)
-        if cost == np.inf:
-            continue
-        trial[0] = t
-        if change < np.inf:
-            cost += _follow(known, seen, trial, change)
-        if cost < total:
-            total = cost
+    for start in range(taps.shape[0] if limited else 1):
+        y0, y1, y2 = 0, 0, 0
+        whole = 0.0
+        for k in range(steep.size):
+            best, least = np.inf, np.inf
+            pick = 0
+            end, mid = 2 * k + 2, 2 * k + 1
+            for t in range(start if limited and k == 0 else 0, start + 1 if limited and k == 0 else taps.shape[0]):
+                a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
+                n0, n1, n2 = y0 + a, y1 + b, y2 + c
+                cost = float(effort[t]) + float(arrive[begin[k + 1] + row_at(n0, n1, n2, wide[k, 0], wide[k, 1])])
+                if cost >= best:
+                    continue
+                part = share if t == 0 else 1.0
+                if t == 0 and seen.some[end]:
+                    risk = seen.values[seen.starts[end] + row_at(n0, n1, n2, seen.low[end], seen.size[end])]
+                    cost -= (1.0 - share) * charge(float(risk), weights[0], limit, steep[k])
+                if seen.some[mid]:
+                    values = seen.values[seen.starts[mid] :]
+                    risk = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, values, seen.low[mid], seen.size[mid])
+                    cost += part * charge(risk, weights[1], limit, steep[k])
+                if k == 0:
+                    cost += first[t]
+                elif blocked_halfway.size > 0:
+                    parity = ((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2]) + (c & 1)
+                    if blocked_halfway[parity, y0 + (a >> 1) + f0, y1 + (b >> 1) + f1, y2 + (c >> 1) + f2]:
+                        cost = np.inf
+                least = min(least, cost)
+                if limited and k > 0 and _apart(taps, t, trial[k - 1]) > change:
+                    continue
+                if cost < best:
+                    best = cost
+                    pick = t
+            whole += best if k == 0 else best - least
+            if not whole < total:
+                break
+            trial[k] = pick
+            y0, y1, y2 = y0 + taps[pick, 0], y1 + taps[pick, 1], y2 + taps[pick, 2]
+        if whole < total:
+            total = whole
             chosen[:] = trial
-    if change == np.inf and total < np.inf:
-        _follow(known, seen, chosen, change)
     return total, chosen
+
+
+@njit(cache=True, error_model="numpy")
+def _apart(taps: IntArray, one: int, other: int) -> float:
+    """By how many cells two taps differ."""
+    square = 0
+    for axis in range(3):
+        square += (taps[one, axis] - taps[other, axis]) ** 2
+    return math.sqrt(square)
