@@ -116,6 +116,27 @@ def test_search_finds_the_minimum_over_all_sequences(seed, case, walls, midway, 
     assert naive.sequence_cost(chosen, given_) == pytest.approx(best, rel=1e-5)
 
 
+@given(
+    seed=st.integers(0, 10**6),
+    case=st.sampled_from([(1, 4, 2, "box"), (2, 3, 1, "box"), (2, 3, 1, "disc"), (2, 2, 2, "disc")]),
+    walls=st.booleans(),
+    change=st.sampled_from([1.0, 1.5, 2.0]),
+)
+@options(max_examples=40)
+def test_what_may_not_change_at_once_is_counted_exactly_and_never_better_than_the_best(seed, case, walls, change):
+    d, horizon, radius, shape = case
+    given_, arguments = made_case(seed, d, horizon, radius, shape, walls=walls, midway=True, steep=50.0)
+    total, chosen = kernel.solve(*arguments, change)
+    best = naive.best_sequence(horizon, given_, change)
+    assert total >= best * (1 - 1e-5)
+    if np.isinf(total):
+        return
+    assert naive.sequence_cost(chosen, given_) == pytest.approx(total, rel=1e-5)
+    assert (np.linalg.norm(np.diff(given_["taps"][chosen], axis=0), axis=1) <= change).all()
+    if horizon == 2:  # every first tap is tried, and one more step is all that follows
+        assert total == pytest.approx(best, rel=1e-5)
+
+
 def within_slack(arguments, slack):
     """The search within the tube of motions that cost up to `slack` more than the cheapest without risk."""
     horizon, radius, active, taps, effort, first, stage, terminal, blocked = arguments[:9]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -48,9 +48,15 @@ def sequence_cost(sequence, given):
     return total
 
 
-def best_sequence(horizon, given):
-    """Smallest cost over all sequences."""
-    return min(sequence_cost(s, given) for s in product(range(len(given["taps"])), repeat=horizon))
+def best_sequence(horizon, given, change=np.inf):
+    """Smallest cost over all sequences in which no tap differs from the one before by more than `change` cells."""
+    taps = given["taps"]
+    gentle = [
+        s
+        for s in product(range(len(taps)), repeat=horizon)
+        if all(np.linalg.norm(taps[b] - taps[a]) <= change for a, b in pairwise(s))
+    ]
+    return min(sequence_cost(s, given) for s in gentle)
 
 
 def free_moves(radius, taps, effort):
