@@ -14,7 +14,7 @@ from sidestep.simulation.assembly import planner_of
 from sidestep.simulation.lab import run_lab
 from sidestep.simulation.lab_room import LabSettings
 from sidestep.simulation.loop import simulate
-from sidestep.studies import hidden_goals, robots, scale, signalling
+from sidestep.studies import brakes, hidden_goals, robots, scale, signalling
 from sidestep.studies.arms import run_study, studies
 from sidestep.studies.conditions import conditions
 from sidestep.studies.filtering import BlindStraight, Guarded
@@ -52,7 +52,24 @@ def test_every_study_has_a_row_per_arm_as_long_as_its_header():
     for study in studies().values():
         assert study.header
         assert study.episodes >= 100
-    assert set(studies()) == {"robots", "filter", "signal", "goals", "lab", "lab-mujoco", "scale"}
+    assert set(studies()) == {"robots", "filter", "signal", "goals", "lab", "lab-mujoco", "scale", "brakes"}
+
+
+@pytest.mark.slow
+def test_bases_that_cannot_stop_at_once_are_compared_on_the_same_encounters():
+    slow, free = brakes.meeting(3, "0.5 m/s²", 0.1), brakes.meeting(3, "any acceleration", 0.1)
+    assert slow.people == free.people
+    assert (slow.robot.max_acceleration, free.robot.max_acceleration) == (0.5, None)
+    found = run_study("brakes", episodes=2)
+    assert len(found) == len(brakes.BASES) * len(brakes.RATES)
+    for base in ("1 m/s²", "0.5 m/s²", "two wheels, 1 m/s²"):  # whoever must speed up first takes longer
+        assert found[f"{base} · 2 Hz"]["time"].mean() > found["any acceleration · 2 Hz"]["time"].mean() + 0.3
+    assert all(c["reached"].all() and not c["moving_contact"].any() for c in found.values())
+    rows = studies()["brakes"].rows(found)
+    assert [row[:3] for row in rows[:1]] == [["any acceleration", "2 Hz", 2]]
+    figure = study_figure("brakes", found)
+    assert figure is not None
+    assert [t.get_text() for t in figure.axes[0].get_yticklabels()] == list(brakes.BASES)
 
 
 @pytest.mark.slow

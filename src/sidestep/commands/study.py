@@ -23,8 +23,8 @@ def study(
 
     Args:
         name: robots (several robots), filter (the safety filter around others), signal (the danger signal), goals
-            (unknown goals), lab (the laboratory, scans at once and late), lab-mujoco (the same in MuJoCo) or scale
-            (encounters by the thousand, and what a million cost).
+            (unknown goals), lab (the laboratory, scans at once and late), lab-mujoco (the same in MuJoCo), scale
+            (encounters by the thousand, and what a million cost) or brakes (bases that cannot stop at once).
         episodes: per arm (of controls a tenth); as many as the study asks for unless given.
         seed: of the first episode.
         workers: processes; all cores by default.

@@ -67,6 +67,7 @@ class ArmPiece:
 
 def studies() -> Mapping[str, Study]:
     """Return all studies by name."""
+    from sidestep.studies.brakes import BRAKES
     from sidestep.studies.filtering import FILTER
     from sidestep.studies.hidden_goals import HIDDEN_GOALS
     from sidestep.studies.lab_proof import LAB, LAB_MUJOCO
@@ -74,7 +75,7 @@ def studies() -> Mapping[str, Study]:
     from sidestep.studies.scale import SCALE
     from sidestep.studies.signalling import SIGNAL
 
-    return {study.name: study for study in (ROBOTS, FILTER, SIGNAL, HIDDEN_GOALS, LAB, LAB_MUJOCO, SCALE)}
+    return {study.name: study for study in (ROBOTS, FILTER, SIGNAL, HIDDEN_GOALS, LAB, LAB_MUJOCO, SCALE, BRAKES)}
 
 
 def run_study(

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.stats import binomtest
 
 from sidestep.types import FloatArray
 from sidestep.viewer import style
@@ -24,7 +25,35 @@ def study_figure(name: str, found: Columns) -> Figure | None:
         return _distances(found)
     if name.startswith("lab"):
         return _beliefs(found)
+    if name == "brakes":
+        return _contacts(found)
     return None
+
+
+def _contacts(found: Columns) -> Figure:
+    """Share of encounters with a moving contact, with its 99 % interval, and those with a standing one, by base."""
+    bases = list(dict.fromkeys(arm.split(" · ")[0] for arm in found))
+    rates = list(dict.fromkeys(arm.split(" · ")[1] for arm in found))
+    figure = style.new_figure(7.2, 0.9 + 0.62 * len(bases))
+    axes = figure.subplots()
+    for i, rate in enumerate(rates):
+        colour, shift = (style.ROBOT, style.PEOPLE[0])[i % 2], 0.22 * (i - 0.5 * (len(rates) - 1))
+        at = np.arange(len(bases)) + shift
+        arms = [found[f"{base} · {rate}"] for base in bases]
+        share = np.array([100 * c["moving_contact"].mean() for c in arms])
+        tests = [binomtest(int(c["moving_contact"].sum()), len(c["moving_contact"])) for c in arms]
+        ends = 100 * np.array([test.proportion_ci(0.99, "exact") for test in tests])
+        around = np.abs(ends.T - share)
+        axes.errorbar(share, at, xerr=around, fmt="o", color=colour, capsize=3, label=f"moving, planned at {rate}")
+        standing = [100 * c["standing_contact"].mean() for c in arms]
+        axes.plot(standing, at, "|", color=colour, markersize=12, markeredgewidth=2, label=f"standing, at {rate}")
+    axes.axvline(5.0, color=style.LIMIT, linestyle="--", linewidth=1.4)
+    axes.set_yticks(range(len(bases)), bases, fontsize=style.TEXT)
+    axes.invert_yaxis()
+    axes.set_xlim(left=-0.15)
+    style.style_axes(axes, x="encounters with a contact (%; bars: 99 %; dashed: P_th)", y="")
+    axes.legend(frameon=False, fontsize=style.SMALL, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
 
 
 def _by_steps_seen(found: Columns) -> Figure:
