@@ -10,6 +10,7 @@ from hypothesis import assume, given
 from hypothesis import settings as options
 from hypothesis import strategies as st
 
+import sidestep
 from made_masses import still_person
 from sidestep.obstacles import Obstacles
 from sidestep.planning.problem import PlanningProblem
@@ -169,3 +170,18 @@ def test_bases_that_brake_slowly_do_not_run_into_people_who_do_not_look(accelera
         standing += m.contacts_standing > 0
     assert moving <= 2
     assert standing <= 2
+
+
+def test_the_plan_says_when_no_stop_is_safe_any_more():
+    planner = sidestep.Planner(robot=Holonomic(max_acceleration=0.5, shape="disc"), goal=(6.0, 0.0))
+    ahead = sidestep.PersonObservation(id="p", position=(1.4, 0.0), velocity=(-1.0, 0.0))
+    plan = planner.step(time=0.0, robot=RobotState(position=(0.0, 0.0), velocity=(1.0, 0.0)), people=[ahead])
+    assert plan.status == "least_risk"
+    assert "no motion leaves a safe stop" in plan.reason
+    assert plan.velocity[0] < 0.9  # it brakes or turns away all the same
+    far = sidestep.PersonObservation(id="p", position=(4.0, 3.0), velocity=(-1.0, 0.0))
+    planner.reset()
+    plan = planner.step(time=0.0, robot=RobotState(position=(0.0, 0.0), velocity=(1.0, 0.0)), people=[far])
+    assert plan.status == "certified"
+    broken = RobotState(position=(0.0, 0.0), velocity=(math.nan, 0.0))
+    assert planner.step(time=0.1, robot=broken, people=[far]).status in ("certified", "least_risk", "stopped")

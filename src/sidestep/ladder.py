@@ -34,6 +34,7 @@ class Outcome:
         cost: objective (Eq. 9a), soft risk included.
         foreseen: the prediction that this very path induces.
         rounds: predictions made.
+        stoppable: the base could still come to stand in time.
     """
 
     path: Path
@@ -42,6 +43,7 @@ class Outcome:
     cost: float
     foreseen: Forecast
     rounds: int
+    stoppable: bool
 
 
 def climb(now: Situation, anticipated: Path) -> Outcome:
@@ -88,6 +90,7 @@ def judged(now: Situation, path: Path, seen: Forecast | None) -> Outcome:
         cost=problem.cost(path, risk),
         foreseen=after,
         rounds=1 if known is None else 0,
+        stoppable=problem.can_stop(path),
     )
 
 

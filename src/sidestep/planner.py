@@ -279,6 +279,8 @@ def _reason(outcome: Outcome, settings: PlannerSettings, risk: FloatArray) -> st
     worst = float(risk.max())
     if outcome.status == "certified":
         return f"every limit holds with {whom} in reach; highest risk {worst:.2g} of {settings.risk_limit:g}"
+    if not outcome.stoppable:
+        return f"with {whom} in reach no motion leaves a safe stop; taking the least risk, highest {worst:.2g}"
     steps = (
         outcome.foreseen.around.horizon if settings.recourse is None else round(settings.recourse / settings.time_step)
     )

@@ -192,8 +192,22 @@ class PlanningProblem:
             out[left] += self._stop_costs(self.inertia, velocities[left])
         return out
 
+    def can_stop(self, path: Path) -> bool:
+        """Return whether the base, once on `path` (N+1, d) m, could still come to stand with little enough risk."""
+        if self.inertia is None:
+            return True
+        first = (path[1:2] - path[:1]) / self.time_step
+        return not self._stop_excess(self.inertia, first)[0] > 0.0
+
     def _stop_costs(self, inertia: Inertia, velocities: FloatArray) -> FloatArray:
         """(M,) 0 where the base can stop after a first action without more risk than `stop_limit`, else as graded."""
+        excess = self._stop_excess(inertia, velocities)
+        if self.graded:
+            return self.half_share * self.later_risk_weight * excess
+        return np.where(excess > 0.0, np.inf, 0.0)
+
+    def _stop_excess(self, inertia: Inertia, velocities: FloatArray) -> FloatArray:
+        """(M,) by how much the risk passes `stop_limit` on the way to a stop, summed; 1 more where a wall is in it."""
         stops = inertia.stops(velocities, 2 * self.horizon)
         excess = np.zeros(len(velocities))
         if self.people is not None and self.people.people and stops.moving.any():
@@ -204,9 +218,7 @@ class PlanningProblem:
         if self.obstacles is not None:
             starts = np.broadcast_to(self.start, velocities.shape)
             excess += ~self._free(starts, self.start + stops.ends)
-        if self.graded:
-            return self.half_share * self.later_risk_weight * excess
-        return np.where(excess > 0.0, np.inf, 0.0)
+        return excess
 
     def _free(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         """(M,) whether straight ways (M, d) m from where the robot is come no nearer to walls than they may."""
