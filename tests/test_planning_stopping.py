@@ -129,6 +129,14 @@ def test_whoever_stands_may_stand_whatever_comes():
     assert np.isinf(costs[1])
 
 
+@pytest.mark.parametrize("horizon", [1, 2, 3])
+def test_short_horizons_are_planned_too(horizon):
+    planner = sidestep.Planner(robot=Holonomic(max_acceleration=0.5, shape="disc"), goal=(0.0, 6.0), horizon=horizon)
+    near = sidestep.PersonObservation(id="p", position=(1.6, 1.5), velocity=(-0.6, 0.0))
+    plan = planner.step(time=0.0, robot=RobotState(position=(0.0, 0.0), velocity=(0.4, 0.4)), people=[near])
+    assert plan.status in ("certified", "least_risk"), plan.reason
+
+
 @pytest.mark.parametrize("acceleration", [0.5, 1.0])
 def test_every_step_of_a_plan_can_follow_the_one_before(acceleration):
     base = Inertia(velocity=np.array([0.0, -0.8]), acceleration=acceleration, time_step=STEP, interval=0.1)
@@ -185,3 +193,18 @@ def test_the_plan_says_when_no_stop_is_safe_any_more():
     assert plan.status == "certified"
     broken = RobotState(position=(0.0, 0.0), velocity=(math.nan, 0.0))
     assert planner.step(time=0.1, robot=broken, people=[far]).status in ("certified", "least_risk", "stopped")
+
+
+def test_a_velocity_that_nobody_measured_is_taken_from_the_way_made():
+    def plan_for(velocity):
+        planner = sidestep.Planner(robot=Holonomic(max_acceleration=0.5, shape="disc"), goal=(0.0, 6.0))
+        for k in range(3):
+            state = RobotState(position=(0.3 * k, 0.0), velocity=velocity)
+            plan = planner.step(time=0.3 * k, robot=state, people=[])
+        return plan
+
+    measured, inferred = plan_for((1.0, 0.0)), plan_for(None)
+    assert inferred.velocity == pytest.approx(measured.velocity)
+    assert inferred.velocity[0] > 0.5  # it cannot turn at once
+    free = sidestep.Planner(robot=Holonomic(shape="disc"), goal=(0.0, 6.0))
+    assert free.step(time=0.0, robot=RobotState(position=(0.0, 0.0)), people=[]).velocity[0] == pytest.approx(0.0)

@@ -74,6 +74,7 @@ class Planner:
         self._time = -math.inf  # s, of the last call
         self._informed = -math.inf  # s, of the last call that knew about people
         self._interval = self.settings.time_step  # s, until the next call, as far as the calls so far tell
+        self._was: tuple[float, Vector] | None = None  # s and m, the reference at the last call
         self.goal = goal
 
     @property
@@ -101,7 +102,7 @@ class Planner:
 
     def reset(self) -> None:
         """Forget everybody and the last plan."""
-        self._minds, self._last = {}, None
+        self._minds, self._last, self._was = {}, None, None
         self._time = self._informed = -math.inf
 
     def step(
@@ -185,7 +186,7 @@ class Planner:
         return Situation(
             time=time,
             robot=self.robot,
-            state=robot,
+            state=self._under_way(time, robot),
             start=self.robot.reference(robot),
             goal=self.goal,
             settings=settings,
@@ -197,6 +198,15 @@ class Planner:
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
             wish=wanted,
         )
+
+    def _under_way(self, time: float, robot: RobotState) -> RobotState:
+        """Return the state with a velocity where one is needed: as measured, else the mean since the last call."""
+        before, here = self._was, self.robot.reference(robot)
+        self._was = time, here
+        if robot.velocity is not None or self.robot.planning_acceleration is None or before is None:
+            return robot
+        since = time - before[0]
+        return replace(robot, velocity=(here - before[1]) / since) if 0.0 < since <= self.settings.timeout else robot
 
     def _planned(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Plan:
         """Predict, plan, certify."""

@@ -108,7 +108,7 @@ def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> tuple[Fl
         problem.half_share, problem.soft_risk_weight, problem.excess_weights,
         walls, problem.max_speed, problem.shape == "box", velocity, problem.largest_change,
     )  # fmt: skip
-    if problem.inertia is None:
+    if problem.inertia is None or len(path) < 3:
         return rows, planes
     gentle = _gentle(path, problem.inertia.acceleration * problem.time_step**2)
     return rows, np.hstack([planes, gentle]) if planes.size else gentle

@@ -16,7 +16,8 @@ class RobotState:
     Attributes:
         position: (d,) m.
         heading: rad, counter-clockwise from the x axis; needed by `DifferentialDrive`.
-        velocity: (d,) m/s, or None when unknown; used where acceleration is limited. For `DifferentialDrive` that
+        velocity: (d,) m/s, or None when unknown; used where acceleration is limited, and then taken from how far the
+            robot has come since the last call. For `DifferentialDrive` that
             of its reference, or of the axle: what points across the heading is taken to come from turning.
     """
 
