@@ -59,9 +59,14 @@ class World:
         return out
 
     def state(self) -> sidestep.RobotState:
-        lost = self.rng.random() < 0.02
+        lost, fault = self.rng.random() < 0.02, self.rng.random()
+        measured = None if fault < 0.4 else self.rng.normal(size=2) * (1e300 if fault > 0.97 else 1.0)
+        if 0.4 < fault < 0.45:
+            measured = np.array([np.inf, np.nan])
         return sidestep.RobotState(
-            position=np.full(2, np.nan) if lost else self.robot, heading=float(self.rng.uniform(-4, 4))
+            position=np.full(2, np.nan) if lost else self.robot,
+            heading=float(self.rng.uniform(-4, 4)),
+            velocity=measured,
         )
 
 
@@ -71,7 +76,8 @@ def robots(rng: np.random.Generator) -> sidestep.Holonomic | sidestep.Differenti
         return sidestep.Holonomic(max_speed=1.0, radius=0.3)
     if kind == 1:
         return sidestep.Holonomic(max_speed=0.7, radius=0.3, shape="disc", max_acceleration=1.0)
-    return sidestep.DifferentialDrive(max_speed=0.7, max_turn_rate=1.5, radius=0.2)
+    slowly = {"max_acceleration": 0.5, "max_turn_acceleration": 2.0} if rng.random() < 0.5 else {}
+    return sidestep.DifferentialDrive(max_speed=0.7, max_turn_rate=1.5, radius=0.2, **slowly)
 
 
 def check(plan: sidestep.Plan, robot: sidestep.Holonomic | sidestep.DifferentialDrive) -> None:

@@ -33,6 +33,7 @@ from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
 from sidestep.types import FloatArray, Vector, VectorLike, finite, frozen_array, sealed, settled
 
+_IMPLAUSIBLE = 100.0  # times what the base can do; a velocity beyond is a fault of whoever measured it
 _log = logging.getLogger(__name__)
 
 
@@ -203,10 +204,15 @@ class Planner:
         """Return the state with a velocity where one is needed: as measured, else the mean since the last call."""
         before, here = self._was, self.robot.reference(robot)
         self._was = time, here
-        if robot.velocity is not None or self.robot.planning_acceleration is None or before is None:
+        if self.robot.planning_acceleration is None:
             return robot
-        since = time - before[0]
-        return replace(robot, velocity=(here - before[1]) / since) if 0.0 < since <= self.settings.timeout else robot
+        since = math.inf if before is None else time - before[0]
+        known = [robot.velocity]
+        if before is not None and 0.0 < since <= self.settings.timeout:
+            known.append((here - before[1]) / since)
+        fastest = _IMPLAUSIBLE * self.robot.planning_speed
+        told = (v for v in known if v is not None and np.isfinite(v).all() and np.abs(v).max() <= fastest)
+        return replace(robot, velocity=next(told, None))
 
     def _planned(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Plan:
         """Predict, plan, certify."""

@@ -144,7 +144,7 @@ class Situation:
     def inertia(self) -> Inertia | None:
         """What a base of limited acceleration can do now; None where it can do anything, or its velocity is unknown."""
         acceleration, velocity = self.robot.planning_acceleration, self.robot.reference_velocity(self.state)
-        if acceleration is None or velocity is None or not np.isfinite(velocity).all():
+        if acceleration is None or velocity is None:
             return None
         return Inertia(
             velocity=velocity,
