@@ -107,6 +107,7 @@ def _saved(figures: dict[str, Figure], out: Path) -> list[Path]:
             paths.append(out / f"{name}.{kind}")
             with written(paths[-1]) as file:
                 figure.savefig(file, format=kind, dpi=200)
+            figure.set_layout_engine("none")  # laid out once, for both
     return paths
 
 
