@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -151,13 +152,9 @@ def test_every_step_of_a_plan_can_follow_the_one_before(acceleration):
     tap = found.maps.spacing / STEP
     changes = np.linalg.norm(np.diff(found.path, n=2, axis=0), axis=1) / STEP
     assert changes.max() <= max(acceleration * STEP, tap) + 1e-6
-    free = search(PlanningProblem(**{**fields_of(given_), "inertia": None}))
+    free = search(replace(given_, inertia=None))
     assert free.cost <= found.cost + 1e-6
     assert np.linalg.norm(np.diff(free.path, n=2, axis=0), axis=1).max() / STEP > changes.max()
-
-
-def fields_of(given_: PlanningProblem) -> dict[str, object]:
-    return {name: getattr(given_, name) for name in given_.__dataclass_fields__}
 
 
 HARD = {0.5: (7, 12, 13, 19, 21, 24, 41, 57, 74, 78), 1.0: (21, 41, 74, 78, 143, 148, 151, 163, 177, 186)}

@@ -83,14 +83,15 @@ def judged(now: Situation, path: Path, seen: Forecast | None) -> Outcome:
     after = now.foresee(path) if known is None else known
     problem = now.problem_under(after)
     risk = problem.risk_along(path)
+    certified = problem.allows(path, risk)
     return Outcome(
         path=path,
-        status="certified" if problem.allows(path, risk) else "least_risk",
+        status="certified" if certified else "least_risk",
         risk=risk,
         cost=problem.cost(path, risk),
         foreseen=after,
         rounds=1 if known is None else 0,
-        stoppable=problem.can_stop(path),
+        stoppable=certified or problem.can_stop(path),
     )
 
 

@@ -206,10 +206,9 @@ class Planner:
         self._was = time, here
         if self.robot.planning_acceleration is None:
             return robot
-        since = math.inf if before is None else time - before[0]
         known = [robot.velocity]
-        if before is not None and 0.0 < since <= self.settings.timeout:
-            known.append((here - before[1]) / since)
+        if before is not None and 0.0 < time - before[0] <= self.settings.timeout:
+            known.append((here - before[1]) / (time - before[0]))
         fastest = _IMPLAUSIBLE * self.robot.planning_speed
         told = (v for v in known if v is not None and np.isfinite(v).all() and np.abs(v).max() <= fastest)
         return replace(robot, velocity=next(told, None))
@@ -233,7 +232,8 @@ class Planner:
     def _plan(self, now: Situation, outcome: Outcome, started: float) -> Plan:
         seen, settings = outcome.foreseen, self.settings
         velocities = (outcome.path[1:] - outcome.path[:-1]) / settings.time_step
-        asked = velocities[0] if now.inertia is None else now.inertia.asked(velocities[:1])[0]
+        inertia = now.inertia
+        asked = velocities[0] if inertia is None else inertia.asked(velocities[:1])[0]
         risk = np.maximum(outcome.risk[0::2], outcome.risk[1::2])
         wary = [s.mind for s in seen.near if s.mind.belief.concerned < (settings.signal_belief or 0.0)]
         return Plan(

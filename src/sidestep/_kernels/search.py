@@ -318,7 +318,7 @@ def _walk(known: Known, seen: Seen, change: float) -> tuple[float, IntArray]:
                     best = cost
                     pick = t
             whole += best if k == 0 else best - least
-            if not whole < total:
+            if not whole < total:  # not "≥": where no tap is left it is not a number
                 break
             trial[k] = pick
             y0, y1, y2 = y0 + taps[pick, 0], y1 + taps[pick, 1], y2 + taps[pick, 2]

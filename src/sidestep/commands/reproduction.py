@@ -49,12 +49,12 @@ def make(
     grid: list[dict[str, Any]] = []
     if not quick:
         failing = {identity for identity, _ in failing_claims(table)}
-        search = [c for c in chosen if c.id in failing]
+        search, places = [c for c in chosen if c.id in failing], sweep()
         with progress_bar("where do failing claims hold") as tell:
             around = run_points(
-                asked_by(search, sweep()), bases, seeds=SWEEP_SEEDS, workers=jobs, store=store, progress=tell
+                asked_by(search, places), bases, seeds=SWEEP_SEEDS, workers=jobs, store=store, progress=tell
             )
-        grid = rows(search, around, sweep())
+        grid = rows(search, around, places)
         table = with_regions(table, grid)
     figures = _saved(draw(points, bases, grid, _replays(data, bases)), out)
     result = {

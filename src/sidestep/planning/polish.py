@@ -110,7 +110,7 @@ def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> tuple[Fl
     )  # fmt: skip
     if problem.inertia is None or len(path) < 3:
         return rows, planes
-    gentle = _gentle(path, problem.inertia.acceleration * problem.time_step**2)
+    gentle = _gentle(path, problem.inertia.apart)
     return rows, np.hstack([planes, gentle]) if planes.size else gentle
 
 

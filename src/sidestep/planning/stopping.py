@@ -41,9 +41,14 @@ class Inertia:
         """How many s the base needs to stand, if it is asked to from the next call on, and speeds up until then."""
         return 2.0 * self.interval + math.sqrt(float(self.velocity @ self.velocity)) / self.acceleration
 
+    @property
+    def apart(self) -> float:
+        """By how many m the displacements of two steps in a row may differ."""
+        return self.acceleration * self.time_step**2
+
     def taps_apart(self, spacing: float) -> float:
-        """Return by how many cells of `spacing` m the displacements of two steps in a row may differ; one at least."""
-        return max(self.acceleration * self.time_step**2 / spacing, 1.0) * (1.0 + 1e-9)
+        """Return by how many cells of `spacing` m they may differ on a lattice; one at least."""
+        return max(self.apart / spacing, 1.0) * (1.0 + 1e-9)
 
     def asked(self, means: FloatArray) -> FloatArray:
         """Return (M, d) m/s, what to ask for where the mean velocity over the step is to be `means` (M, d) m/s.
@@ -86,7 +91,9 @@ class Inertia:
         still = (speed < 1e-9) & (_norms(self.velocity[None]) < 1e-9)
         over[still] = 0.0
         halves = min(math.ceil(2.0 * float(over.max(initial=0.0)) / self.time_step), instants)
-        times = 0.5 * self.time_step * np.arange(1, halves + 1)[:, None, None]
+        times = np.append(0.5 * self.time_step * np.arange(1, halves + 1), np.inf)[
+            :, None, None
+        ]  # in the end all stand
         driven = np.minimum(times, self.interval)
         ramped = np.minimum(driven, ramp)
         braking = np.clip(times - self.interval, 0.0, (speed / a)[:, None])
@@ -95,13 +102,10 @@ class Inertia:
             self.velocity * ramped + 0.5 * rate * ramped**2 + met * (driven - ramped)
             + met * braking - 0.5 * a * along * braking**2
         )  # fmt: skip
-        last = (
-            self.velocity * ramp + 0.5 * rate * ramp**2 + met * (self.interval - ramp) + met * speed[:, None] / (2 * a)
-        )
         return Stops(
-            shifts=np.ascontiguousarray(shifts.transpose(1, 0, 2)),
-            moving=times[:, :, 0].T - 0.5 * self.time_step < over[:, None],
-            ends=np.where(still[:, None], 0.0, last),
+            shifts=np.ascontiguousarray(shifts[:-1].transpose(1, 0, 2)),
+            moving=times[:-1, :, 0].T - 0.5 * self.time_step < over[:, None],
+            ends=shifts[-1],
         )
 
 

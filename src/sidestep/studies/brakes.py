@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.simulation.loop import simulate
-from sidestep.simulation.metrics import measure
 from sidestep.simulation.scenario import Scenario
 from sidestep.studies.arms import Row, Study
-from sidestep.studies.scale import encounter
+from sidestep.studies.scale import encounter, met
 from sidestep.studies.statistics import clopper_pearson
 from sidestep.types import FloatArray
 
@@ -42,19 +40,7 @@ def meeting(seed: int, base: str, period: float) -> Scenario:
 
 def episode(seed: int, *, base: str, period: float) -> Row:
     """Return the numbers of one encounter."""
-    scenario = meeting(seed, base, period)
-    record = simulate(scenario, snapshots=0)
-    m = measure(record)
-    promised = np.nansum(record.collision_probability[:, 0]) * CONTROL_STEP / scenario.planner.time_step
-    return {
-        "moving_contact": float(m.contacts_moving > 0),
-        "standing_contact": float(m.contacts_standing > 0),
-        "promised": float(promised),
-        "reached": float(m.reached_goal),
-        "time": m.time_to_goal,
-        "certified": m.status_counts.get("certified", 0) / max(m.steps, 1),
-        "min_distance": m.min_distance,
-    }
+    return met(meeting(seed, base, period))
 
 
 def _rows(found: Columns) -> list[list[Any]]:

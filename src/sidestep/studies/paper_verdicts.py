@@ -108,11 +108,9 @@ def with_regions(table: Sequence[dict[str, Any]], grid: Sequence[dict[str, Any]]
     def completed(row: dict[str, Any]) -> dict[str, Any]:
         same = (row["id"], row["index"])
         if same in failing:
-            return row | {"holds_when": _region(row["id"], row["index"], grid)}
-        held = [r for r in table if (r["id"], r["index"]) == same and r["verdict"] == "holds"]
-        if row["verdict"] == "holds" or row["parameters"] in {r["parameters"] for r in held}:
-            return row
-        return row | {"holds_when": " or ".join(dict.fromkeys(f"the {_VALUES[r['parameters']]} values" for r in held))}
+            return row | {"holds_when": _region(*same, grid)}
+        held = {r["parameters"] for r in table if (r["id"], r["index"]) == same and r["verdict"] == "holds"}
+        return row if row["parameters"] in held else row | {"holds_when": f"the {_VALUES[held.pop()]} values"}
 
     return [completed(row) for row in table]
 

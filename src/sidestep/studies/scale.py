@@ -54,17 +54,25 @@ def encounter(seed: int, kind: str) -> Scenario:
 def episode(seed: int, *, kind: str) -> Row:
     """Return the numbers of one encounter; `seconds` of processor time are what this machine took."""
     began = process_time()
-    record = simulate(encounter(seed, kind), snapshots=0)
+    numbers = met(encounter(seed, kind))
+    return numbers | {"seconds": process_time() - began}
+
+
+def met(scenario: Scenario) -> Row:
+    """Return the numbers of one encounter.
+
+    Promised contacts are what the plans said of the time that each was in force: P_coll(1|t) by the part of its step.
+    """
+    record = simulate(scenario, snapshots=0)
     m = measure(record)
-    promised = record.collision_probability[:, 0]
+    promised = np.nansum(record.collision_probability[:, 0]) * record.control_step / scenario.planner.time_step
     return {
         "moving_contact": float(m.contacts_moving > 0),
         "standing_contact": float(m.contacts_standing > 0),
-        "promised": float(np.nansum(promised)),
+        "promised": float(promised),
         "reached": float(m.reached_goal),
         "time": m.time_to_goal,
         "certified": m.status_counts.get("certified", 0) / max(m.steps, 1),
-        "seconds": process_time() - began,
     }
 
 
