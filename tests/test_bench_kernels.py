@@ -1,7 +1,9 @@
 """Every kernel timed on what the work it is for gives it, and guarded against growing slow.
 
 `pytest tests/test_bench_kernels.py --benchmark-only` prints the times. The guard compares each kernel with a loop of
-fixed work in the same process, best of several runs each, and allows four times the ratio that it was seen to have.
+fixed work in the same process, best of several runs each, by turns; it allows five times the largest ratio that was
+seen on quiet machines of two makes. A kernel above that is timed again for some seconds before it is called slow:
+what a busy neighbour does to a machine passes, what an edit does to a kernel stays.
 A kernel is what another room calls of `_kernels`; the rooms are searched for them, so that none is forgotten.
 """
 
@@ -11,7 +13,7 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Callable, Iterator
-from time import perf_counter
+from time import perf_counter, sleep
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -47,7 +49,7 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "add_midway among walls": 0.3,
     "add_products": 0.1,
     "axis_policies": SMALL,
-    "cast": 0.17,
+    "cast": 0.24,
     "cheapest_path": 0.4,
     "choose": 1.2,
     "choose among walls": 2.4,
@@ -56,11 +58,11 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "compact": 0.25,
     "contact_shares": 0.15,
     "costs_to_go": 0.21,
-    "danger_tables": 0.15,
+    "danger_tables": 0.22,
     "drawn": SMALL,
     "field_box": 1.7,
     "filter_step": SMALL,
-    "first_action_costs": 0.033,
+    "first_action_costs": 0.048,
     "first_step_costs": 0.24,
     "forbid_changes": SMALL,
     "free_points": 0.32,
@@ -98,7 +100,7 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "propagate": 0.65,
     "propagate among walls": 1.2,
     "range_around": SMALL,
-    "rasterise_all": 2.1,
+    "rasterise_all": 5.3,
     "relaxed": SMALL,
     "remember": SMALL,
     "row_count": SMALL,
@@ -124,7 +126,9 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "weigh_action": SMALL,
 }
 WALLED = " among walls"
-SLACK = 4.0
+SLACK = 5.0
+ROUNDS, PAUSE = 25, 0.2
+"""How often a kernel that seems slow is timed, and the s in between."""
 MEASURES = ("copy_repeatedly", "min_plus_repeatedly")  # of the machine, not of ours
 
 Calls = dict[str, tuple[Callable[..., Any], list[Any]]]
@@ -253,13 +257,13 @@ def _ask() -> None:
     observe(prior(2, 0.5), told)
 
 
-def _best(work: Callable[[], object], repeats: int = 15) -> float:
-    times: list[float] = []
+def _best(work: Callable[[], object], best: float, repeats: int = 15) -> float:
+    """Least time of some runs, in s, and of those before, `best`."""
     for _ in range(repeats):
         began = perf_counter()
         work()
-        times.append(perf_counter() - began)
-    return min(times)
+        best = min(best, perf_counter() - began)
+    return best
 
 
 def test_no_kernel_is_forgotten(calls: Calls) -> None:
@@ -278,6 +282,12 @@ def test_kernel(name: str, calls: Calls, benchmark: Any) -> None:
 def test_no_kernel_has_grown_slow(name: str, calls: Calls) -> None:
     kernel, arguments = calls[name]
     line = np.linspace(0, 1, 2048, dtype=np.float32)
-    loop = _best(lambda: min_plus_repeatedly(line, np.empty_like(line), 1000))
-    ratio = _best(lambda: kernel(*arguments)) / loop
-    assert ratio < SLACK * RATIOS[name], f"{name} takes {ratio:.3g} times the loop"
+    out = np.empty_like(line)
+    loop = taken = np.inf
+    for tried in range(ROUNDS):
+        loop = _best(lambda: min_plus_repeatedly(line, out, 1000), loop)
+        taken = _best(lambda: kernel(*arguments), taken)
+        if taken < SLACK * RATIOS[name] * loop:
+            return
+        sleep(PAUSE * (tried > 0))
+    pytest.fail(f"{name} takes {taken / loop:.3g} times the loop, more than {SLACK:g} times {RATIOS[name]}")
