@@ -10,9 +10,9 @@ import pytest
 
 from sidestep.errors import UnknownName
 from sidestep.io.scenarios import load_scenario
-from sidestep.studies.paper import HORIZONS, PARAMETERS, PLACES, RULES, Piece, Points, sweep
+from sidestep.studies.paper import HORIZONS, HUMANS, PARAMETERS, PLACES, RULES, Piece, Points, sweep
 from sidestep.studies.paper_claims import Finding, below, median_interval, worst
-from sidestep.studies.paper_points import COLUMNS, Change, Setting
+from sidestep.studies.paper_points import COLUMNS, WIDTHS, Change, Setting, run_seed
 from sidestep.studies.paper_table import CLAIMS
 from sidestep.studies.paper_verdicts import asked_by, chosen_claims, failing_claims, rows, with_regions
 
@@ -165,12 +165,28 @@ def test_only_the_points_that_a_claim_needs_are_run() -> None:
     assert not only.have(PLACES[0].settings())  # curves need unconcerned people too
 
 
+def test_how_wide_predictions_are_is_measured_where_a_claim_asks_and_changes_nothing_else() -> None:
+    asked = asked_by(CLAIMS)
+    wide = {s for s, columns in asked.items() if not WIDTHS.isdisjoint(columns)}
+    assert wide == {s for p in PLACES for s in (*(p.encounter(5, n) for n in (0, 5)), *map(p.lab, HUMANS))}
+    setting = PLACES[2].encounter(2, 2)
+    scenario = setting.scenario(load_scenario("paper-authors", ["duration=6.0"]))
+    with_widths, without = (dict(zip(COLUMNS, run_seed(scenario, 1, widths=w), strict=True)) for w in (True, False))
+    for column in set(COLUMNS) - {"plan_p95"}:
+        if column in WIDTHS:
+            assert np.isnan(without[column])
+        else:
+            np.testing.assert_equal(without[column], with_widths[column])
+    assert with_widths["entropy"] > 0
+    assert 0 < with_widths["peak_first"] < 1
+
+
 def test_a_piece_is_kept_under_all_numbers_of_its_scenario() -> None:
     setting = PLACES[0].lab("concerned")
 
     def name(**changed: float) -> str:
         base = load_scenario("lab-printed", [f"{key}={value}" for key, value in changed.items()])
-        return Piece(setting=setting, scenario=setting.scenario(base), start=0, stop=20).name
+        return Piece(setting=setting, scenario=setting.scenario(base), start=0, stop=20, widths=False).name
 
     assert name() == name()
     assert name() != name(**{"robot.radius": 0.2})

@@ -33,6 +33,7 @@ def make(
     from sidestep.io.files import written
     from sidestep.io.scenarios import load_scenario
     from sidestep.studies.paper import PLACES, run_points, sweep
+    from sidestep.studies.paper_table import CLAIMS
     from sidestep.studies.paper_verdicts import asked_by, chosen_claims, failing_claims, rows, with_regions
 
     began = perf_counter()
@@ -40,23 +41,31 @@ def make(
     bases = {label: load_scenario(label) for label in LABELS}
     store = Checkpoints(out / "points")
     jobs = workers or os.cpu_count() or 1
-    settings = asked_by(chosen) if claims else [s for place in PLACES for s in place.settings()]
+    settings = list(asked_by(chosen)) if claims else [s for place in PLACES for s in place.settings()]
+    columns = asked_by(CLAIMS)  # whichever are chosen now: what is kept serves them all
     with progress_bar("runs of the paper") as tell:
         points = run_points(
-            settings, bases, seeds=QUICK_SEEDS if quick else FULL_SEEDS, workers=jobs, store=store, progress=tell
+            settings,
+            bases,
+            columns=columns,
+            seeds=QUICK_SEEDS if quick else FULL_SEEDS,
+            workers=jobs,
+            store=store,
+            progress=tell,
         )
     table = rows(chosen, points)
     grid: list[dict[str, Any]] = []
     if not quick:
         failing = {identity for identity, _ in failing_claims(table)}
         search, places = [c for c in chosen if c.id in failing], sweep()
+        columns = asked_by(search, places)
         with progress_bar("where do failing claims hold") as tell:
             around = run_points(
-                asked_by(search, places), bases, seeds=SWEEP_SEEDS, workers=jobs, store=store, progress=tell
+                list(columns), bases, columns=columns, seeds=SWEEP_SEEDS, workers=jobs, store=store, progress=tell
             )
         grid = rows(search, around, places)
         table = with_regions(table, grid)
-    figures = _saved(draw(points, bases, grid, _replays(data, bases)), out)
+    figures = _saved(draw(points, bases, grid, _replays(data, bases)), out, jobs)
     result = {
         "claims": table,
         "grid": grid,
@@ -97,18 +106,23 @@ def _replays(data: Path | None, bases: dict[str, Scenario]) -> list[tuple[str, A
     return found[:5]
 
 
-def _saved(figures: dict[str, Figure], out: Path) -> list[Path]:
-    """Write each figure as PDF and PNG."""
+def _saved(figures: dict[str, Figure], out: Path, workers: int) -> list[Path]:
+    """Write each figure as PDF and PNG, several at a time."""
+    from sidestep.studies.engines import run_pieces
+
+    drawn = [(figure, [out / f"{name}.{kind}" for kind in ("pdf", "png")]) for name, figure in figures.items()]
+    list(run_pieces(_save, drawn, workers=workers))
+    return [path for _, paths in drawn for path in paths]
+
+
+def _save(drawn: tuple[Figure, list[Path]]) -> None:
     from sidestep.io.files import written
 
-    paths: list[Path] = []
-    for name, figure in figures.items():
-        for kind in ("pdf", "png"):
-            paths.append(out / f"{name}.{kind}")
-            with written(paths[-1]) as file:
-                figure.savefig(file, format=kind, dpi=200)
-            figure.set_layout_engine("none")  # laid out once, for both
-    return paths
+    figure, paths = drawn
+    for path in paths:
+        with written(path) as file:
+            figure.savefig(file, format=path.suffix[1:], dpi=200)
+        figure.set_layout_engine("none")  # laid out once, for both
 
 
 @contextmanager

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sidestep.simulation.scenario import Scenario
 from sidestep.studies.engines import Store, length, run_kept
-from sidestep.studies.paper_points import COLUMNS, Change, Setting, run_seed
+from sidestep.studies.paper_points import COLUMNS, WIDTHS, Change, Setting, run_seed
 from sidestep.types import FloatArray
 
 PARAMETERS = ("printed", "authors")
@@ -78,21 +78,24 @@ class Piece:
 
     Attributes:
         setting: the point; scenario: all of its numbers; start, stop: seeds start … stop − 1.
+        widths: whether the columns `WIDTHS` are measured, too.
     """
 
     setting: Setting
     scenario: Scenario
     start: int
     stop: int
+    widths: bool
 
     @property
     def name(self) -> str:
         """What it is kept under, with a digest of all numbers of its scenario: no other one is taken for it."""
         numbers = json.dumps(self.scenario.settings(), sort_keys=True).encode()
-        return f"{self.setting.name}--{self.start}-{self.stop}--{hashlib.sha256(numbers).hexdigest()[:12]}"
+        what = f"{self.setting.name}--{self.start}-{self.stop}{'--widths' if self.widths else ''}"
+        return f"{what}--{hashlib.sha256(numbers).hexdigest()[:12]}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Points:
     """What was run: setting → (seeds, len(COLUMNS)) numbers."""
 
@@ -128,6 +131,7 @@ def run_points(
     settings: Sequence[Setting],
     bases: Mapping[str, Scenario],
     *,
+    columns: Mapping[Setting, Collection[str]],
     seeds: int,
     workers: int,
     store: Store | None,
@@ -138,13 +142,20 @@ def run_points(
     Args:
         settings: points.
         bases: label → scenario.
+        columns: setting → what is asked of it; how wide predictions are is measured only where that is.
         seeds: per point.
         workers: processes.
         store: of finished pieces.
         progress: called with (seeds done, all seeds).
     """
     pieces = [
-        Piece(setting=s, scenario=s.scenario(bases[s.label]), start=k, stop=min(k + PIECE, seeds))
+        Piece(
+            setting=s,
+            scenario=s.scenario(bases[s.label]),
+            start=k,
+            stop=min(k + PIECE, seeds),
+            widths=not WIDTHS.isdisjoint(columns.get(s, ())),
+        )
         for s in settings
         for k in range(0, seeds, PIECE)
     ]
@@ -156,4 +167,4 @@ def run_points(
 
 
 def _work(piece: Piece) -> tuple[Piece, list[list[float]]]:
-    return piece, [run_seed(piece.scenario, seed) for seed in range(piece.start, piece.stop)]
+    return piece, [run_seed(piece.scenario, seed, widths=piece.widths) for seed in range(piece.start, piece.stop)]

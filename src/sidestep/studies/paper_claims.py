@@ -222,5 +222,6 @@ def judge_narrows(points: Points, place: Place, index: str) -> Finding:
         if not np.isfinite(change).any():
             no = f"{human}: the belief was never decided, so nothing narrowed"
             return Finding(measured=0.0, interval=(0.0, 0.0), n=len(change), verdict="does not hold", quantity=no)
-        parts.append(below(change, 0.0, f"{human}: entropy while decided less that at first, nat"))
+        peaks = {name: median_interval(points.column(setting, name))[0] for name in ("peak_first", "peak_decided")}
+        parts.append(below(change, 0.0, f"{human}: entropy while decided less that at first, nat", **peaks))
     return worst(*parts)

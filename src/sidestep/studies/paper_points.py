@@ -12,7 +12,7 @@ from sidestep.simulation.loop import Step, simulate
 from sidestep.simulation.metrics import measure
 from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario
-from sidestep.types import FloatArray
+from sidestep.types import FloatArray, IntArray
 
 COLUMNS = (
     "PI_R",
@@ -34,10 +34,11 @@ COLUMNS = (
     "steps_to_identify",
     "max_collision_probability",
     "uncertified",
-    "min_distance",
     "plan_p95",
 )
 """What is kept of each run. Lengths in m, turning in rad, entropies in nat, times in ms; NaN where there is none."""
+WIDTHS = frozenset(c for c in COLUMNS if c.startswith(("entropy", "peak")))
+"""Those about how wide predictions are: of people too far away to matter they are made for these alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,46 +103,52 @@ class Setting:
         return Scenario.parse(data)
 
 
-def run_seed(scenario: Scenario, seed: int) -> list[float]:
-    """Run one seed; the numbers in the order of `COLUMNS`."""
+def run_seed(scenario: Scenario, seed: int, *, widths: bool) -> list[float]:
+    """Run one seed; the numbers in the order of `COLUMNS`, those of `WIDTHS` NaN where they are not asked for."""
     seen: list[PersonPlan] = []
 
     def watch(step: Step) -> None:
         if step.planned and isinstance(step.motion, Plan):
             seen.extend(step.motion.people.values())
 
-    record = simulate(scenario, seed=seed, snapshots=0, on_step=watch)
+    record = simulate(scenario, seed=seed, snapshots=0, on_step=watch if widths else None)
     m = measure(record)
     closest = _closest(record)
     belief = record.beliefs[:, 0] if record.beliefs.size else np.full(1, np.nan)
     true_concerned = scenario.people[0].kind == "concerned"
-    right = belief > 0.9 if true_concerned else belief < 0.1
-    decided = np.flatnonzero(right[: len(seen)])
-    met = [width(person) for person in seen[: closest + 1]] or [(float("nan"), float("nan"))]
-    known = [met[k] if k < len(met) else width(seen[k]) for k in decided]
-    return [
-        m.PI_R,
-        m.PI_H,
-        m.PI_T,
-        m.PI_R_lateral,
-        m.PI_H_lateral,
-        m.PI_T_lateral,
-        m.path_length,
-        m.human_path_length,
-        m.turning,
-        m.human_turning,
-        float(np.mean([entropy for entropy, _ in met])),
-        met[0][0],
-        float(np.mean([entropy for entropy, _ in known])) if known else float("nan"),
-        met[0][1],
-        float(np.mean([peak for _, peak in known])) if known else float("nan"),
-        float(belief[min(closest, len(belief) - 1)]),
-        float(decided[0]) if known else float("nan"),
-        m.max_collision_probability,
-        1.0 - m.status_counts["certified"] / max(m.steps, 1),
-        m.min_distance,
-        m.plan_p95,
-    ]
+    decided = np.flatnonzero(belief > 0.9 if true_concerned else belief < 0.1)
+    found = {
+        "PI_R": m.PI_R,
+        "PI_H": m.PI_H,
+        "PI_T": m.PI_T,
+        "PI_R_lateral": m.PI_R_lateral,
+        "PI_H_lateral": m.PI_H_lateral,
+        "PI_T_lateral": m.PI_T_lateral,
+        "robot_length": m.path_length,
+        "human_length": m.human_path_length,
+        "robot_turning": m.turning,
+        "human_turning": m.human_turning,
+        "belief_at_closest": float(belief[min(closest, len(belief) - 1)]),
+        "steps_to_identify": float(decided[0]) if decided.size else float("nan"),
+        "max_collision_probability": m.max_collision_probability,
+        "uncertified": 1.0 - m.status_counts["certified"] / max(m.steps, 1),
+        "plan_p95": m.plan_p95,
+        **_widths(seen, closest, decided),
+    }
+    return [found.get(column, float("nan")) for column in COLUMNS]
+
+
+def _widths(seen: list[PersonPlan], closest: int, decided: IntArray) -> dict[str, float]:
+    """How wide the predictions `seen` were until the closest approach, at first, and where the belief was decided."""
+    if not seen:
+        return {}
+    met = [width(person) for person in seen[: closest + 1]]
+    known = [met[k] if k < len(met) else width(seen[k]) for k in decided if k < len(seen)]
+    found = {"entropy": float(np.mean([entropy for entropy, _ in met]))}
+    found["entropy_first"], found["peak_first"] = met[0]
+    if known:
+        found["entropy_decided"], found["peak_decided"] = np.mean(known, axis=0).tolist()
+    return found
 
 
 def width(person: PersonPlan) -> tuple[float, float]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from sidestep.errors import UnknownName
 from sidestep.studies.paper import PLACES, Place, Points
-from sidestep.studies.paper_points import COLUMNS, Setting
+from sidestep.studies.paper_points import Setting
 from sidestep.studies.paper_table import CLAIMS, Claim
 from sidestep.types import FloatArray
 
@@ -33,27 +34,25 @@ def chosen_claims(ids: str | None) -> list[Claim]:
     return [known[name] for name in ids.split(",")]
 
 
-def asked_by(claims: Sequence[Claim], places: Sequence[Place] = PLACES) -> list[Setting]:
-    """Return the points that the claims are judged by, found by judging them on points that note what is asked for."""
-    noting = _Noting()
-    rows(claims, Points(values=noting), places)
-    return list(noting.asked)
+def asked_by(claims: Sequence[Claim], places: Sequence[Place] = PLACES) -> dict[Setting, set[str]]:
+    """Return the points that the claims are judged by and what is asked of each.
+
+    They are found by judging the claims on points that note what is asked for.
+    """
+    noting = _Noting(values={})
+    rows(claims, noting, places)
+    return noting.asked
 
 
-class _Noting(Mapping[Setting, FloatArray]):
-    """Points of one seed, all of them zero, that remember which were looked at."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Noting(Points):
+    """Points of one seed, all of them zero, that remember what was looked at."""
 
-    def __init__(self) -> None:
-        self.asked: dict[Setting, FloatArray] = {}
+    asked: dict[Setting, set[str]] = field(default_factory=dict)
 
-    def __getitem__(self, setting: Setting) -> FloatArray:
-        return self.asked.setdefault(setting, np.zeros((1, len(COLUMNS))))
-
-    def __iter__(self) -> Iterator[Setting]:
-        return iter(self.asked)
-
-    def __len__(self) -> int:
-        return len(self.asked)
+    def column(self, setting: Setting, name: str) -> FloatArray:
+        self.asked.setdefault(setting, set()).add(name)
+        return np.zeros(1)
 
 
 def rows(claims: Sequence[Claim], points: Points, places: Sequence[Place] = PLACES) -> list[dict[str, Any]]:
