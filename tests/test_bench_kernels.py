@@ -38,6 +38,7 @@ from sidestep.planner import Planner
 from sidestep.planning.problem import PlanningProblem
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
+from sidestep.prediction.occupancy import predict
 from sidestep.robots import Holonomic, RobotState
 from sidestep.simulation.loop import simulate
 
@@ -51,13 +52,14 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "axis_policies": SMALL,
     "cast": 0.24,
     "cheapest_path": 0.4,
-    "choose": 1.2,
+    "choose": 1.9,
     "choose among walls": 2.4,
+    "choose_near": 18,
     "class_profiles": 0.34,
     "closest_approach": SMALL,
     "compact": 0.25,
     "contact_shares": 0.15,
-    "costs_to_go": 0.21,
+    "costs_to_go": 0.34,
     "danger_tables": 0.22,
     "drawn": SMALL,
     "field_box": 1.7,
@@ -77,8 +79,8 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "interpolate": SMALL,
     "is_another": SMALL,
     "lay_out_actions": SMALL,
-    "lay_out_danger": 0.11,
-    "lay_out_distances": SMALL,
+    "lay_out_danger": 1.2,
+    "lay_out_distances": 0.12,
     "lay_out_squares": SMALL,
     "learn": SMALL,
     "local": SMALL,
@@ -97,7 +99,7 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "part_way": SMALL,
     "program_around": 0.15,
     "promised_gain": SMALL,
-    "propagate": 0.65,
+    "propagate": 2.9,
     "propagate among walls": 1.2,
     "range_around": SMALL,
     "rasterise_all": 5.3,
@@ -238,6 +240,11 @@ def _ask() -> None:
     """What is asked of single values: a place, a cell, a motion."""
     people = RiskField(people=[person(horizon=3, spread=True), person(horizon=3)], distances=np.array([0.7, 0.7]))
     people.at(4, np.zeros((200, 2)))
+    far = np.linspace((0.0, -5.0), (0.0, 25.0), 61)
+    predict(
+        model=HumanModel(frame="world"), lattice=Lattice(origin=np.array([-5.0, 0.0]), spacing=0.25, radius=0),
+        goals=[PointGoal((5.0, 0.0))], weights=[[0.5, 0.5]], robot_path=far, horizon=30, time_step=0.5,
+    )  # fmt: skip
     action_values(
         HumanModel(frame="world", horizon=3), Lattice(origin=np.zeros(2), spacing=0.5, radius=4), PointGoal((3.0, 0.0)),
         np.zeros((4, 2)), 1, 0.5,

@@ -88,12 +88,12 @@ def test_compiled_and_plain_sweeps_agree(d: int, reach: int, decay: str) -> None
 
 def _plain_sweep(*arguments: object) -> np.ndarray:
     """`sweep` and all it calls, as Python."""
-    compiled = sweeping._lower_layer, sweeping._lower_rows
-    sweeping._lower_layer, sweeping._lower_rows = (f.py_func for f in compiled)
+    compiled = sweeping.lower_layer, sweeping._lower_rows
+    sweeping.lower_layer, sweeping._lower_rows = (f.py_func for f in compiled)
     try:
         return sweeping.sweep.py_func(*arguments)
     finally:
-        sweeping._lower_layer, sweeping._lower_rows = compiled
+        sweeping.lower_layer, sweeping._lower_rows = compiled
 
 
 def encounter_values(goal: np.ndarray, path: np.ndarray, beta: int, decay: str = "squared_distance") -> np.ndarray:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sidestep._kernels import sweep_choices, sweep_marks
+from sidestep._kernels import sweep_choices, sweep_marks, sweep_near
 from sidestep._kernels.sweep_choices import Choices
 from sidestep._kernels.sweep_marks import WORD
 from sidestep.human.cost import CostGrid, danger_terms
@@ -23,6 +23,7 @@ from sidestep.human.policy import (
     boxes,
     embedded_free,
     look_ahead,
+    near_scratch,
     policy_of,
     value_scratch,
     words_of,
@@ -84,6 +85,88 @@ def test_single_precision_chooses_the_same_unless_costs_are_within_1e5(seed: int
             assert single.any(axis=-1).all()
 
 
+def both_ways(policy: GoalPolicy, horizon: int) -> tuple[Choices, Choices, bool]:
+    """What is chosen by sweeping everything, and where the robot makes a difference; and whether that was worth it."""
+    intent = policy.intent
+    words = intent.layers * words_of(intent.grid.reach, 2)
+    near = boxes([intent.grid.reach * k for k in range(horizon)], 2, words // intent.layers, words)
+    scratch = near_scratch(intent.grid, value_scratch(intent.grid), horizon, words)
+    worth = policy.sweep_near(1, scratch, near)
+    return chosen(policy, horizon, everything=False), near, worth
+
+
+@settings(max_examples=40)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    horizon=st.sampled_from([3, 9]),
+    cost=st.sampled_from(["squared", "distance"]),
+    rate=st.sampled_from([1.0, 2.0, 6.0]),
+    single=st.booleans(),
+    walls=st.booleans(),
+)
+def test_what_is_swept_near_the_robot_alone_is_chosen_all_the_same(
+    seed: int, horizon: int, cost: str, rate: float, single: bool, walls: bool
+) -> None:
+    rng = np.random.default_rng(seed)
+    model = HumanModel(frame="world", goal_cost=cost, danger_rate=rate, danger_weight=rng.uniform(1, 50))  # type: ignore[arg-type]
+    lattice = Lattice(origin=rng.normal(size=2), spacing=0.4, radius=0)
+    goal = PointGoal(4 * rng.normal(size=2)) if rng.random() < 0.6 else DirectionGoal(rng.normal(size=2))
+    path = 3 * rng.normal(size=2) + np.cumsum(0.5 * rng.normal(size=(2 * horizon, 2)), axis=0)
+    free = rng.random((4 * horizon + 1,) * 2) < 0.8 if walls else None
+    policy = laid_out(model, lattice, goal, path, horizon, single, free)
+    whole, near, worth = both_ways(policy, horizon)
+    if not worth:
+        assert not near.masks.any()
+        return
+    for k in np.flatnonzero(policy.differs):
+        cells = slice(near.offsets[k], near.offsets[k] + (4 * k + 1) ** 2)
+        differ = (near.masks[:, cells] != whole.masks[:, cells]).any(axis=0)
+        if differ.any():  # then there is hardly a difference between the best and another
+            values = action_values(model, lattice.with_radius(2 * k), goal, path[k:], 1, 0.5, free).reshape(-1, 25)
+            least = np.sort(values[differ], axis=1)
+            assert np.all(least[:, 1] - least[:, 0] <= 1e-5 * np.abs(least[:, 0]))
+
+
+def test_most_is_left_as_it_is_and_danger_everywhere_is_not_worth_it() -> None:
+    lattice = Lattice(origin=np.zeros(2), spacing=0.25, radius=0)
+    path = np.stack([np.full(24, 1.5), np.linspace(-3.0, 6.0, 24)], axis=1)
+    model = HumanModel(frame="world")
+    policy = laid_out(model, lattice, PointGoal((5.0, 0.3)), path, 12)
+    whole, near, worth = both_ways(policy, 12)
+    assert worth
+    np.testing.assert_array_equal(whole.masks, near.masks)
+    far_reaching = laid_out(replace(model, danger_rate=0.01), lattice, PointGoal((5.0, 0.3)), path, 12)
+    *_, worth = both_ways(far_reaching, 12)
+    assert not worth
+
+
+def test_where_there_is_no_room_for_what_differs_nothing_is_written() -> None:
+    lattice = Lattice(origin=np.zeros(2), spacing=0.25, radius=0)
+    policy = laid_out(HumanModel(frame="world"), lattice, PointGoal((5.0, 0.3)), np.ones((24, 2)), 12)
+    near = boxes([2 * k for k in range(12)], 2, 1, 1)
+    scratch = near_scratch(policy.intent.grid, value_scratch(policy.intent.grid), 12, 1)
+    assert not policy.sweep_near(1, scratch._replace(pool=scratch.pool[:, :400].copy()), near)
+    assert not near.masks.any()
+
+
+@pytest.mark.parametrize("walls", [False, True])
+def test_compiled_and_plain_sweeps_near_the_robot_agree(walls: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(3)
+    lattice = Lattice(origin=np.zeros(2), spacing=0.8, radius=0)
+    free = rng.random((7, 7)) < 0.8 if walls else None
+    model = HumanModel(frame="world", reach=1, danger_rate=4.0)
+    policy = laid_out(model, lattice, DirectionGoal((1.0, 0.3)), np.full((8, 2), 0.9), 4, free=free)
+    _, compiled, worth = both_ways(policy, 4)
+    assert worth
+    plain = ("_find_danger", "_little_felt", "_grow", "_put", "_take", "_differing", "_take_calm", "_mark_all", "_heed")
+    for name in (*plain, "mark_part"):
+        monkeypatch.setattr(sweep_near, name, getattr(sweep_near, name).py_func)
+    monkeypatch.setattr("sidestep.human.policy.choose_near", sweep_near.choose_near.py_func)
+    _, found, worth = both_ways(policy, 4)
+    assert worth
+    np.testing.assert_array_equal(found.masks, compiled.masks)
+
+
 @settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -121,8 +204,8 @@ def test_near_robots_matter_and_far_ones_do_not() -> None:
 
 
 PLAIN = [
-    (sweep_choices, ("mark_box", "_weigh_row", "_blocked", "_heed_walls")),
-    (sweep_marks, ("_least_of_row", "_least_of_rows", "_any_within", "_mark_group")),
+    (sweep_choices, ("mark_box", "_weigh_row", "_blocked", "heed_walls")),
+    (sweep_marks, ("_least_of_row", "_least_of_rows", "_any_within", "_mark_group", "_mark_row")),
 ]
 
 

@@ -14,8 +14,8 @@ from sidestep._kernels import push, push_evenly, push_horizon, push_sections, pu
 from sidestep._kernels.sweep_marks import WORD
 from sidestep.human.goals import DirectionGoal, PointGoal
 from sidestep.human.model import HumanModel
-from sidestep.human.policy import words_of
-from sidestep.prediction.occupancy import Removal, frame_of, predict
+from sidestep.human.policy import GoalPolicy, words_of
+from sidestep.prediction.occupancy import Prediction, Removal, frame_of, predict
 from sidestep.prediction.profiles import profile_of
 
 CENTRE = 3
@@ -270,6 +270,28 @@ def test_long_horizons_in_single_precision_agree_with_double() -> None:
     np.testing.assert_array_equal(each[1].occupancy.probability, each[2].occupancy.probability)
     np.testing.assert_allclose(each[1].occupancy.probability, each[0].occupancy.probability, atol=1e-3)
     np.testing.assert_allclose(each[1].contact, each[0].contact, atol=1e-3)
+
+
+def test_long_horizons_are_the_same_wherever_the_robot_makes_a_difference(monkeypatch: pytest.MonkeyPatch) -> None:
+    lattice = frame_of(HumanModel(frame="world"), np.array([-3.0, 0.1]), None, 0.5)
+    path = np.stack([np.zeros(60), np.linspace(-3.0, 27.0, 60)], axis=1)
+    each: list[Prediction] = []
+    swept: list[bool] = []
+    near = GoalPolicy.sweep_near
+    monkeypatch.setattr(GoalPolicy, "sweep_near", lambda *a: swept.append(near(*a)) or swept[-1])
+    for least in (1, 10**9):
+        monkeypatch.setattr("sidestep.human.policy.NEAR_FROM", least)
+        each.append(
+            predict(
+                model=HumanModel(frame="world"), lattice=lattice, goals=[PointGoal((4.0, 0.3)), PointGoal((0.0, 4.0))],
+                weights=[[0.2, 0.3], [0.1, 0.4]], robot_path=path, horizon=20, time_step=0.5,
+                removal=Removal(distance=0.6),
+            )
+        )  # fmt: skip
+    assert swept == [True, True]
+    np.testing.assert_allclose(each[0].blocks, each[1].blocks, atol=1e-15)
+    np.testing.assert_allclose(each[0].contact, each[1].contact, atol=1e-15)
+    np.testing.assert_allclose(each[0].action_probabilities, each[1].action_probabilities, atol=1e-15)
 
 
 def test_finite_rationality_in_several_stretches(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,8 +5,7 @@ others, padded to two by axes of one cell, are the rows i0·R + i1, R being the 
 compiled kernel serves 1-D, 2-D and 3-D. A box of radius ρ around the anchor is `centre ± ρ` on the real axes.
 
 Rows are named by an index, never cut out as views, and inner loops run over unsigned indices: views cost more than a
-    short
-row, and signed indices keep the loops from being vectorised.
+short row, and signed indices keep the loops from being vectorised.
 """
 
 from __future__ import annotations
@@ -16,6 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from sidestep.types import IntArray
 
 Values = NDArray[np.floating[Any]]
 
@@ -92,13 +93,13 @@ def _lower_rows(
 
 
 @njit(cache=True, nogil=True)
-def _lower_layer(
+def lower_layer(
     source: Values,
     shift: int,
     first: int,
     last: int,
-    start: int,
-    stop: int,
+    spans: IntArray,
+    span: int,
     taps: Values,
     j: int,
     across: bool,
@@ -113,14 +114,13 @@ def _lower_layer(
 ) -> None:
     """One layer (axes 1 and 2) of a stage: target[i, c] = stage cost + min over both components of the action.
 
-    Rows first ≤ i < last, columns start ≤ c < stop. The source's rows differ by `shift` from the target's. `across`
-    False: there is no axis 1. Row i of the goal's and the danger's terms is goal_row + goal_step·(i − first),
-        peril_row likewise; to
-    the goal's it adds lines[1, i − first], the danger's it multiplies by lines[2, i − first]. j = M: the stage cost
-    alone. lines[0] is scratch.
+    Rows first ≤ i < last, of row i the columns spans[span + i − first, 0] to spans[span + i − first, 1]. The source's
+    rows differ by `shift` from the target's. `across` False: there is no axis 1. Row i of the goal's and the danger's
+    terms is goal_row + goal_step·(i − first), peril_row likewise; to the goal's it adds lines[1, i − first], the
+    danger's it multiplies by lines[2, i − first]. j = M: the stage cost alone. lines[0] is scratch.
     """
     count = taps.shape[2]
-    reach, begin, end = np.uintp(count // 2), np.uintp(start), np.uintp(stop)
+    reach = np.uintp(count // 2)
     one, two, zero = np.uintp(1), np.uintp(2), np.uintp(0)
     ahead, five = j < taps.shape[0], count == 5
     k = j if ahead else 0
@@ -132,6 +132,7 @@ def _lower_layer(
         t, low = np.uintp(i), np.uintp(i - shift - (count // 2 if across else 0) if ahead else i)
         h, g = np.uintp(goal_row + goal_step * (i - first)), np.uintp(peril_row + peril_step * (i - first))
         scalar, factor = lines[1, i - first], lines[2, i - first]
+        begin, end = np.uintp(spans[span + i - first, 0]), np.uintp(spans[span + i - first, 1] + 1)
         if not ahead:
             for c in range(begin, end):
                 target[t, c] = (scalar + goal[h, c]) + factor * perils[g, c]
@@ -222,11 +223,13 @@ def sweep(
     perils = goal_axes
     if danger:
         perils = costs.danger_table if danger_by_table else danger_axes
-    source, target = odd, even
+    source, target, spans = odd, even, np.empty((rows, 2), np.int64)
     for j in range(steps, 0, -1):
         source, target = target, source
         instant, box = first_instant + j - 1, radius + reach * j
         b0, b1 = axis_radius(box, dimension)
+        for n in range(2 * b1 + 1):
+            spans[n, 0], spans[n, 1] = centre - box, centre + box
         for i0 in range(c0 - b0, c0 + b0 + 1):
             for n in range(2 * b1 + 1):
                 lines[1, n] = 0.0 if goal_by_table else goal_axes[0, i0] + goal_axes[1, c1 - b1 + n]
@@ -244,8 +247,8 @@ def sweep(
                     i0 * rows,
                 )  # fmt: skip
                 layer, shift = plane, i0 * rows
-            _lower_layer(
-                layer, shift, first, last, centre - box, centre + box + 1, taps, j, dimension >= 2, goal,
+            lower_layer(
+                layer, shift, first, last, spans, 0, taps, j, dimension >= 2, goal,
                 first if goal_by_table else 2, 1 if goal_by_table else 0, perils, peril_row,
                 1 if danger_by_table else 0, lines, target,
             )  # fmt: skip

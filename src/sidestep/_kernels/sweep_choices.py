@@ -93,7 +93,7 @@ def _blocked(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _heed_walls(
+def heed_walls(
     free: BoolArray,
     row: int,
     stride: int,
@@ -186,7 +186,7 @@ def choose(
                 _weigh_row(cost, corner, rows, start, width, taps, dimension, rationality, choices.odds, at)
             if free.size > 0:
                 for c in range(width):
-                    _heed_walls(free, row, rows, centre - radius + c, mixture, dimension, choices, at + c)
+                    heed_walls(free, row, rows, centre - radius + c, mixture, dimension, choices, at + c)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -92,6 +92,42 @@ def _mark_group(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _mark_row(
+    cost: Values, taps: Values, row: int, start: int, width: int, rows: int, dimension: int, tolerance: float,
+    along: Values, across: Values, limits: Values, groups: NDArray[np.int32], masks: IntArray, column: int,
+) -> None:  # fmt: skip
+    """Bits of a row of cells, where `along` and `across` hold what the rows around it cost at least."""
+    count = taps.shape[2]
+    r0, r1 = axis_radius(count // 2, dimension)
+    zero, begin, end = np.uintp(0), np.uintp(start), np.uintp(start + width)
+    nothing = limits.dtype.type(-1.0)
+    if dimension == 3:
+        _least_of_rows(across, row, rows, start, width, taps, 0, limits, 0)
+    elif dimension == 2:
+        _least_of_rows(along, row, 1, start, width, taps, 1, limits, 0)
+    else:
+        for c in range(begin, end):
+            limits[zero, c] = along[zero, c]
+    for c in range(begin, end):
+        best = limits[zero, c]
+        limits[zero, c] = best + (tolerance * abs(best) + 1e-12) if best < np.inf else nothing
+    for word in range(np.uintp(masks.shape[0])):
+        for c in range(np.uintp(column), np.uintp(column + width)):
+            masks[word, c] = 0
+    for u0 in range(-r0, r0 + 1):
+        far = row + u0 * rows
+        first = taps[0, 0, u0 + count // 2]
+        if r0 > 0 and not _any_within(across, far, first, start, width, limits):
+            continue
+        for u1 in range(-r1, r1 + 1):
+            both = first + taps[0, 1, u1 + count // 2]
+            if r1 > 0 and not _any_within(along, far + u1, both, start, width, limits):
+                continue
+            action = ((u0 + r0) * (2 * r1 + 1) + u1 + r1) * count
+            _mark_group(cost, far + u1, both, start, width, taps, limits, groups, masks, action, column)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def mark_box(
     cost: Values,
     taps: Values,
@@ -122,44 +158,50 @@ def mark_box(
         masks: written from `column` on.
         column: where the box begins.
     """
-    count = taps.shape[2]
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
     b0, b1 = axis_radius(radius, dimension)
-    r0, r1 = axis_radius(count // 2, dimension)
+    r0, r1 = axis_radius(taps.shape[2] // 2, dimension)
     start, width = centre - radius, 2 * radius + 1
-    zero, begin, end = np.uintp(0), np.uintp(start), np.uintp(start + width)
     for i0 in range(c0 - b0 - r0, c0 + b0 + r0 + 1):
         for i1 in range(c1 - b1 - r1, c1 + b1 + r1 + 1):
             _least_of_row(cost, i0 * rows + i1, start, width, taps, along)
         for i1 in range(c1 - b1, c1 + b1 + 1 if dimension == 3 else c1 - b1):
             _least_of_rows(along, i0 * rows + i1, 1, start, width, taps, 1, across, i0 * rows + i1)
-    nothing = limits.dtype.type(-1.0)
     for i0 in range(c0 - b0, c0 + b0 + 1):
         for i1 in range(c1 - b1, c1 + b1 + 1):
-            row = i0 * rows + i1
-            if dimension == 3:
-                _least_of_rows(across, row, rows, start, width, taps, 0, limits, 0)
-            elif dimension == 2:
-                _least_of_rows(along, row, 1, start, width, taps, 1, limits, 0)
-            else:
-                for c in range(begin, end):
-                    limits[zero, c] = along[zero, c]
-            for c in range(begin, end):
-                best = limits[zero, c]
-                limits[zero, c] = best + (tolerance * abs(best) + 1e-12) if best < np.inf else nothing
-            for word in range(np.uintp(masks.shape[0])):
-                for c in range(np.uintp(column), np.uintp(column + width)):
-                    masks[word, c] = 0
-            for u0 in range(-r0, r0 + 1):
-                far = row + u0 * rows
-                first = taps[0, 0, u0 + count // 2]
-                if r0 > 0 and not _any_within(across, far, first, start, width, limits):
-                    continue
-                for u1 in range(-r1, r1 + 1):
-                    both = first + taps[0, 1, u1 + count // 2]
-                    if r1 > 0 and not _any_within(along, far + u1, both, start, width, limits):
-                        continue
-                    action = ((u0 + r0) * (2 * r1 + 1) + u1 + r1) * count
-                    _mark_group(cost, far + u1, both, start, width, taps, limits, groups, masks, action, column)
+            _mark_row(
+                cost, taps, i0 * rows + i1, start, width, rows, dimension, tolerance, along, across, limits, groups,
+                masks, column,
+            )  # fmt: skip
             column += width
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_part(
+    cost: Values, taps: Values, part: IntArray, tolerance: float, along: Values, limits: Values,
+    groups: NDArray[np.int32], masks: IntArray, corner: int, pitch: int,
+) -> None:  # fmt: skip
+    """The same in 2-D for a part of the lattice (see `sweep_near`) alone.
+
+    Args:
+        cost: (rows, C), on the part and reach around it; the other arguments are those of `mark_box`.
+        part: (rows + 1, 2) columns of every row.
+        corner: where in `masks` column 0 of row 0 would be.
+        pitch: between rows.
+    """
+    reach, top, bottom = taps.shape[2] // 2, part[-1, 0], part[-1, 1]
+    for row in range(top - reach, bottom + reach + 1):
+        first, last = along.shape[1], -1
+        for near in range(max(row - reach, top), min(row + reach, bottom) + 1):
+            if part[near, 0] <= part[near, 1]:
+                first, last = min(first, part[near, 0]), max(last, part[near, 1])
+        if first <= last:
+            _least_of_row(cost, row, first, last - first + 1, taps, along)
+    for row in range(top, bottom + 1):
+        first, last = part[row, 0], part[row, 1]
+        if first <= last:
+            _mark_row(
+                cost, taps, row, first, last - first + 1, 0, 2, tolerance, along, along, limits, groups, masks,
+                corner + row * pitch + first,
+            )  # fmt: skip

@@ -23,6 +23,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from sidestep._kernels.sweep import CostTables, Values, sweep
 from sidestep._kernels.sweep_choices import Choices, ValueScratch, choose, mark_admissible
 from sidestep._kernels.sweep_marks import WORD
+from sidestep._kernels.sweep_near import NearScratch, choose_near
 from sidestep.errors import InvalidInput
 from sidestep.human.cost import TIE, CostGrid, DangerTerms, action_terms, danger_terms, goal_terms
 from sidestep.human.goals import Goal, SlowingGoal, StandGoal
@@ -31,6 +32,8 @@ from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray
 
+NEAR_FROM = 900
+"""N·M from which it pays to look for where the robot makes a difference before anything is swept."""
 _ONCE = np.ones(1, np.bool_)
 
 
@@ -52,6 +55,22 @@ class GoalPolicy:
     intent: Intent
     costs: CostTables
     differs: BoolArray
+
+    @property
+    def felt_near_by(self) -> bool:
+        """Whether `sweep_near` may be asked, and may be worth it."""
+        enough = len(self.differs) * self.intent.grid.steps >= NEAR_FROM
+        product = self.costs.danger_axes.shape[1] > 1 and self.costs.danger_table.size == 0
+        return enough and product and self.intent.grid.dimension == 2 and np.isinf(self.intent.rationality)
+
+    def sweep_near(self, lead: int, scratch: NearScratch, choices: Choices) -> bool:
+        """Write what `sweep` does with danger for all policies that differ; False: felt in too many places for it."""
+        grid, intent, costs = self.intent.grid, self.intent, self.costs
+        return choose_near(
+            costs.goal_axes, costs.goal_table, costs.danger_axes, intent.actions.taps, lead, self.differs, grid.centre,
+            grid.tolerance, 0.5 * intent.negligible / grid.steps, intent.free, intent.actions.mixture, *scratch,
+            *choices,
+        )  # fmt: skip
 
     def sweep(
         self, danger: bool, first: int, last: int, lead: int, wanted: BoolArray, scratch: ValueScratch, choices: Choices
@@ -115,6 +134,22 @@ def value_scratch(grid: CostGrid) -> ValueScratch:
     plane = np.zeros((rows if grid.dimension == 3 else 0, columns), grid.dtype)
     even, odd = np.zeros((rows, columns), grid.dtype), np.zeros((rows, columns), grid.dtype)
     return ValueScratch(even, odd, plane, np.zeros((3, columns), grid.dtype))
+
+
+def near_scratch(grid: CostGrid, values: ValueScratch, horizon: int, words: int) -> NearScratch:
+    """Return arrays for `GoalPolicy.sweep_near` over `horizon` policies with `words` rows of bits, and `values`."""
+    rows, columns = grid.shape
+    return NearScratch(
+        even=values.even,
+        odd=values.odd,
+        near=np.zeros((rows, columns), grid.dtype),
+        lines=values.lines,
+        kept=np.zeros(rows * columns, grid.dtype),
+        pool=np.zeros((2, 4 * rows * columns), grid.dtype),
+        parts=np.zeros((2, horizon, rows + 1, 2), np.int64),
+        felt=np.zeros((horizon + grid.steps, rows + 1, 2), np.int64),
+        calm=np.zeros((words, (2 * grid.reach * (horizon - 1) + 1) ** 2), np.int64),
+    )
 
 
 def embedded_free(free: BoolArray | None, grid: CostGrid) -> BoolArray | None:

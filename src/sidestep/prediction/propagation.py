@@ -163,6 +163,10 @@ class Scene:
         ground = self._ground
         radii = [ground.grid.reach * k for k in range(ground.horizon)]
         choices = self._room(policy.intent, radii, first, last)
+        if policy.felt_near_by and (first, last) == (0, ground.horizon):
+            scratch = self._space.near(ground.grid, ground.horizon, choices.masks.shape[0])
+            if policy.sweep_near(ground.lead, scratch, choices):
+                return choices
         policy.sweep(True, first, last, ground.lead, policy.differs, self._space.values(ground.grid), choices)
         return choices
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from sidestep._kernels.sweep_choices import Choices, ValueScratch
+from sidestep._kernels.sweep_near import NearScratch
 from sidestep.human.cost import CostGrid, row_shape
-from sidestep.human.policy import boxes, value_scratch, words_of
+from sidestep.human.policy import boxes, near_scratch, value_scratch, words_of
 from sidestep.types import FloatArray, IntArray
 
 
@@ -31,6 +32,11 @@ class Workspace:
     def values(self, grid: CostGrid) -> ValueScratch:
         """Return arrays for sweeps on `grid`."""
         return self._keep("values", (grid.shape, grid.dimension, grid.dtype), lambda: value_scratch(grid))
+
+    def near(self, grid: CostGrid, horizon: int, words: int) -> NearScratch:
+        """Return arrays for sweeps on `grid` where the robot makes a difference."""
+        key = (grid.shape, grid.dtype, horizon, words)
+        return self._keep("near", key, lambda: near_scratch(grid, self.values(grid), horizon, words))
 
     def choices(self, radii: list[int], dimension: int, words: int, layers: int) -> Choices:
         """Return choices for boxes of these radii."""
