@@ -242,7 +242,7 @@ def test_kernels_without_compilation_agree():
     assert risk.mass_within.py_func(points, instants, *arguments, 0.6) == pytest.approx(
         risk.mass_within(points, instants, *arguments, 0.6)
     )
-    compiled, plain = risk.compact(*arguments, 1e-4), risk.compact.py_func(*arguments, 1e-4)
+    compiled, plain = (f(*arguments, *someone.spans, 1e-4) for f in (risk.compact, risk.compact.py_func))
     for a, b in zip(compiled, plain, strict=True):
         assert a == pytest.approx(b)
     samples, grids = profile_of(0.6, someone.weights, someone.sigmas, 2)

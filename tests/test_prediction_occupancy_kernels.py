@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.stats import ncx2
 
 from sidestep._kernels import push, push_evenly, push_horizon, push_sections, push_walled
@@ -217,9 +219,14 @@ def test_boxes_are_cleared_copied_and_covered(d: int) -> None:
     inner = (slice(2, 5),) * d
     for clear, add in zip(both(push_sections.clear_box), both(push_sections.add_block), strict=True):
         field, flat = mass.copy(), np.ones(2 + 3**d)
-        add(field, 0, box_of(d, 1), CENTRE, d, flat, 2)
+        add(field, 0, box_of(d, 1), CENTRE, d, flat, 2, 1)
         np.testing.assert_allclose(flat[2:] - 1.0, dense(mass, 0, d)[inner].ravel())
         assert flat[:2].sum() == 2.0
+        wider = np.zeros(5**d)
+        add(field, 0, box_of(d, 1), CENTRE, d, wider, 0, 2)
+        whole = wider.reshape((5,) * d)
+        np.testing.assert_array_equal(whole[(slice(1, 4),) * d], dense(mass, 0, d)[inner])
+        assert np.count_nonzero(whole) == np.count_nonzero(dense(mass, 0, d)[inner])
         clear(field, 0, box_of(d, 1), CENTRE, d)
         assert dense(field, 0, d)[inner].sum() == 0.0
         assert field.sum() == pytest.approx(mass.sum() - dense(mass, 0, d)[inner].sum())
@@ -233,6 +240,24 @@ def test_boxes_are_cleared_copied_and_covered(d: int) -> None:
         np.testing.assert_array_equal(out, box_of(d, 2))
         assert cover(box_of(d, 1), 1, d, other, out)
         np.testing.assert_array_equal(out, [*box_of(d, 2)[:5], 4])
+
+
+@settings(max_examples=30)
+@given(seed=st.integers(0, 2**32 - 1), d=st.integers(1, 3))
+def test_a_box_is_trimmed_to_where_there_is_mass(seed: int, d: int) -> None:
+    rng = np.random.default_rng(seed)
+    mass = random_mass(rng, d, 2) * 10.0 ** rng.uniform(-20, 0, random_mass(rng, d, 2).shape)
+    cells = dense(mass, 0, d)[(slice(1, 6),) * d]
+    for trim in both(push_sections.trim_box):
+        box = box_of(d, 2)
+        trim(mass, 0, box, CENTRE, d, 1e-9)
+        kept = tuple(slice(box[2 * a] + 2, box[2 * a + 1] + 3) for a in range(3 - d, 3))
+        assert (box[::2] <= box[1::2]).all()
+        assert cells.sum() - cells[kept].sum() <= 2 * d * 1e-9
+        for axis in range(d):  # no side could be cut off as well
+            for end in (0, -1):
+                if cells[kept].shape[axis] > 1:
+                    assert cells[kept].take(end, axis=axis).sum() >= 1e-9 - 2 * d * 1e-9 or cells[kept].size == 1
 
 
 @pytest.mark.parametrize("awareness", ["persistent", "resampled"])
@@ -292,6 +317,20 @@ def test_long_horizons_are_the_same_wherever_the_robot_makes_a_difference(monkey
     np.testing.assert_allclose(each[0].blocks, each[1].blocks, atol=1e-15)
     np.testing.assert_allclose(each[0].contact, each[1].contact, atol=1e-15)
     np.testing.assert_allclose(each[0].action_probabilities, each[1].action_probabilities, atol=1e-15)
+
+
+def test_over_long_horizons_hardly_anything_is_left_out() -> None:
+    model = HumanModel(frame="world", randomness=0.3)
+    lattice = frame_of(model, np.array([-3.0, 0.1]), None, 0.5)
+    path = np.stack([np.zeros(90), np.linspace(-6.0, 9.0, 90)], axis=1)
+    seen = predict(
+        model=model, lattice=lattice, goals=[PointGoal((9.0, 0.3))], weights=[[0.5, 0.5]], robot_path=path, horizon=40,
+        time_step=0.5, removal=Removal(distance=0.6), midway=True,
+    )  # fmt: skip
+    total = seen.occupancy.probability.sum(axis=(1, 2))
+    assert (total <= 1 + 1e-13).all()
+    assert (total >= 1 - 1e-12).all()
+    assert sum(part.sum() for part in seen.midway) == pytest.approx(40.0, abs=1e-10)
 
 
 def test_finite_rationality_in_several_stretches(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,11 +9,14 @@ from numba import njit
 
 from sidestep._kernels.push import Moves, list_moves, place_moves, push_choices, push_odds, push_separable
 from sidestep._kernels.push_evenly import spread_evenly
-from sidestep._kernels.push_sections import add_block, clear_box, cover, remove_contact, set_box
+from sidestep._kernels.push_sections import add_block, clear_box, cover, remove_contact, set_box, trim_box
 from sidestep._kernels.push_walled import spread_walled
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_choices import Choices
 from sidestep.types import BoolArray, FloatArray, IntArray
+
+SCATTERED = 1e-15
+"""Share of a hypothesis that is left out at each side of the box that is pushed on; less than 6·N of it in N steps."""
 
 
 class Behaviour(NamedTuple):
@@ -175,23 +178,28 @@ def propagate(
     halves = blocks if given.midway else blocks[:0]
     moves = list_moves(behaviour.mixture, d)
     here_box, box, lost_to = np.zeros(6, np.int64), np.zeros(6, np.int64), np.empty(6, np.int64)
+    nowhere = np.zeros(6, np.int64)
+    nowhere[1] = -1
     if first == 0:
         field[c0 * row_count(centre, d) + c1, centre] = weight
         lost[:] = 0
         lost[1] = -1
         if blocks.size > 0:
             blocks[0] += weight
+    set_box(here_box, reach * first, d)
     for k in range(first, last):
         here, there = k % 2 * rows, (k + 1) % 2 * rows
-        set_box(here_box, reach * k, d)
         set_box(box, reach * (k + 1), d)
         place_moves(moves, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
         clear_box(field, there, box, centre, d)
         _step(behaviour, given, moves, k, here_box, concerned, field, here, there, halves, scratch, line)
         if k == 0 and actions.size > 0:
             _read_actions(field, there, centre, reach, d, weight, actions)
+        cover(here_box, reach, d, nowhere, box)
+        here_box[:] = box
+        trim_box(field, there, here_box, centre, d, SCATTERED * weight)
         if blocks.size > 0:
-            add_block(field, there, box, centre, d, blocks, given.offsets[2 * k + 2])
+            add_block(field, there, box, centre, d, blocks, given.offsets[2 * k + 2], reach * (k + 1))
         if given.boxes.size == 0:
             continue
         if not cover(lost, reach, d, given.boxes[k + 1], lost_to):

@@ -33,19 +33,56 @@ def cover(box: IntArray, reach: int, dimension: int, other: IntArray, out: IntAr
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_block(
-    field: FloatArray, section: int, box: IntArray, centre: int, dimension: int, flat: FloatArray, start: int
-) -> None:
-    """Add a box of a section to the dense block of the same box that begins at flat[start]."""
+def _sum_slab(field: FloatArray, section: int, box: IntArray, centre: int, dimension: int, axis: int, at: int) -> float:
+    """Mass in the cells of a box that lie at `at` on an axis."""
     rows = row_count(centre, dimension)
     c0, c1 = axis_radius(centre, dimension)
-    n, from_, to = np.uintp(box[5] - box[4] + 1), np.uintp(centre + box[4]), np.uintp(start)
-    for i0 in range(c0 + box[0], c0 + box[1] + 1):
-        for i1 in range(c1 + box[2], c1 + box[3] + 1):
-            i = np.uintp(section + i0 * rows + i1)
+    a0, b0 = (at, at) if axis == 0 else (box[0], box[1])
+    a1, b1 = (at, at) if axis == 1 else (box[2], box[3])
+    a2, b2 = (at, at) if axis == 2 else (box[4], box[5])
+    total = 0.0
+    for i0 in range(c0 + a0, c0 + b0 + 1):
+        for i1 in range(c1 + a1, c1 + b1 + 1):
+            for c in range(centre + a2, centre + b2 + 1):
+                total += field[section + i0 * rows + i1, c]
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def trim_box(field: FloatArray, section: int, box: IntArray, centre: int, dimension: int, least: float) -> None:
+    """Cut off a box, on every side, what holds less mass than `least`; something is left of it in any case."""
+    for side in range(6):
+        axis, inward = side // 2, 1 - 2 * (side % 2)
+        dropped = 0.0
+        while box[2 * axis] < box[2 * axis + 1]:
+            dropped += _sum_slab(field, section, box, centre, dimension, axis, box[side])
+            if dropped >= least:
+                break
+            box[side] += inward
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_block(
+    field: FloatArray,
+    section: int,
+    box: IntArray,
+    centre: int,
+    dimension: int,
+    flat: FloatArray,
+    start: int,
+    radius: int,
+) -> None:
+    """Add a box of a section to the dense block of all cells within `radius` that begins at flat[start]."""
+    rows, width = row_count(centre, dimension), 2 * radius + 1
+    c0, c1 = axis_radius(centre, dimension)
+    r0, r1 = axis_radius(radius, dimension)
+    n, from_ = np.uintp(box[5] - box[4] + 1), np.uintp(centre + box[4])
+    for i0 in range(box[0], box[1] + 1):
+        for i1 in range(box[2], box[3] + 1):
+            i = np.uintp(section + (c0 + i0) * rows + c1 + i1)
+            to = np.uintp(start + ((i0 + r0) * (2 * r1 + 1) + i1 + r1) * width + box[4] + radius)
             for c in range(n):
                 flat[to + c] += field[i, from_ + c]
-            to += n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

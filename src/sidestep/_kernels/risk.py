@@ -176,6 +176,29 @@ def mass_near(
 
 
 @njit(cache=True, error_model="numpy")
+def _none_above(flat: FloatArray, at: int, count: int, cut: float) -> bool:
+    """Whether all of some numbers in a row are below `cut`; without branches, so that it runs on whole registers."""
+    first, hits = np.uintp(at), np.int64(0)
+    for n in range(np.uintp(count)):
+        hits += np.int64(1) if flat[first + n] >= cut else np.int64(0)
+    return hits == 0
+
+
+@njit(cache=True, error_model="numpy")
+def _total(flat: FloatArray, at: int, count: int) -> float:
+    """Sum of some numbers in a row, four at a time: one sum alone would wait for each addition."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    last = at + count
+    while at + 4 <= last:
+        a, b, c, d = a + flat[at], b + flat[at + 1], c + flat[at + 2], d + flat[at + 3]
+        at += 4
+    while at < last:
+        a += flat[at]
+        at += 1
+    return (a + b) + (c + d)
+
+
+@njit(cache=True, error_model="numpy")
 def row_spans(
     flat: FloatArray, offsets: IntArray, radii: IntArray, active: IntArray, tolerance: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
@@ -204,11 +227,14 @@ def row_spans(
         cut = max(tolerance / max(offsets[b + 1] - offsets[b], 1), 1e-300)
         for line in range(starts[b + 1] - starts[b]):
             at = offsets[b] + line * (2 * r + 1)
+            if _none_above(flat, at, 2 * r + 1, cut):  # most rows
+                outside[b] += _total(flat, at, 2 * r + 1)
+                continue
             left, right = at, at + 2 * r + 1
-            while left < right and flat[left] < cut:
+            while flat[left] < cut:
                 outside[b] += flat[left]
                 left += 1
-            while right > left and flat[right - 1] < cut:
+            while flat[right - 1] < cut:
                 outside[b] += flat[right - 1]
                 right -= 1
             spans[starts[b] + line, 0], spans[starts[b] + line, 1] = left - at - r, right - at - r
@@ -216,20 +242,25 @@ def row_spans(
 
 
 @njit(cache=True, error_model="numpy")
-def _cutoff(block: FloatArray, tolerance: float) -> float:
-    """Largest power of two such that all smaller masses together weigh at most `tolerance`."""
+def _cutoff(
+    flat: FloatArray, first: int, width: int, spans: IntArray, dropped: float, cells: int, tolerance: float
+) -> float:
+    """Largest power of two such that all smaller masses of a block together weigh at most `tolerance`.
+
+    Rows of `width` cells, the anchor's column of the first at `first`; outside their spans there is `dropped`.
+    """
     if tolerance <= 0.0:
         return 0.0
     weight = np.zeros(64)
-    exponents = block.view(np.int64)
-    least = 1e-3 * tolerance / max(block.size, 1)  # most cells; they need no place among the others
-    dropped = 0.0
-    for n in range(block.size):
-        if block[n] < least:
-            dropped += block[n]
-            continue
-        e = 1022 - (exponents[n] >> 52)
-        weight[min(max(e, 0), 63)] += block[n]
+    exponents = flat.view(np.int64)
+    least = 1e-3 * tolerance / max(cells, 1)  # most cells; they need no place among the others
+    for line in range(spans.shape[0]):
+        for n in range(first + line * width + spans[line, 0], first + line * width + spans[line, 1]):
+            if flat[n] < least:
+                dropped += flat[n]
+                continue
+            e = 1022 - (exponents[n] >> 52)
+            weight[min(max(e, 0), 63)] += flat[n]
     for e in range(63, -1, -1):
         dropped += weight[e]
         if dropped > tolerance:
@@ -246,6 +277,9 @@ def compact(
     origin: FloatArray,
     rotation: FloatArray,
     active: IntArray,
+    spans: IntArray,
+    span_starts: IntArray,
+    outside: FloatArray,
     tolerance: float,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """List the cells that matter; tails that weigh at most `tolerance` together are left out of each block.
@@ -258,6 +292,9 @@ def compact(
         origin: (3,) m.
         rotation: (3, 3), columns are the lattice axes.
         active: (3,) 1 where the axis exists.
+        spans: as `row_spans` returns them for no more than `tolerance`, and so are the next two.
+        span_starts: (B + 1,).
+        outside: (B,).
         tolerance: probability.
 
     Returns:
@@ -267,11 +304,15 @@ def compact(
     cut = np.zeros(blocks)
     starts = np.zeros(blocks + 1, np.int64)
     for b in range(blocks):
-        part = flat[offsets[b] : offsets[b + 1]]
-        cut[b] = max(_cutoff(part, tolerance), 1e-300)
+        rows, r = spans[span_starts[b] : span_starts[b + 1]], radii[b] * active[2]
+        first, width = offsets[b] + r, 2 * r + 1
+        cells_of_block = offsets[b + 1] - offsets[b]
+        cut[b] = max(_cutoff(flat, first, width, rows, outside[b], cells_of_block, tolerance), 1e-300)
         count = 0
-        for n in range(part.size):
-            count += part[n] >= cut[b]
+        for line in range(rows.shape[0]):
+            at = np.uintp(first + line * width + rows[line, 0])
+            for n in range(np.uintp(rows[line, 1] - rows[line, 0])):
+                count += np.int64(1) if flat[at + n] >= cut[b] else np.int64(0)
         starts[b + 1] = starts[b] + count
     cells = np.empty((starts[blocks], 3))
     masses = np.empty(starts[blocks])
@@ -280,16 +321,16 @@ def compact(
         if starts[b + 1] == starts[b]:
             continue
         r0, r1, r2 = radii[b] * active[0], radii[b] * active[1], radii[b] * active[2]
-        at = offsets[b]
+        first, width, line = offsets[b] + r2, 2 * r2 + 1, span_starts[b]
         for i in range(-r0, r0 + 1):
             for j in range(-r1, r1 + 1):
-                for k in range(-r2, r2 + 1):
-                    x = flat[at]
-                    at += 1
+                for k in range(spans[line, 0], spans[line, 1]):
+                    x = flat[first + (line - span_starts[b]) * width + k]
                     if x >= cut[b]:
                         for a in range(3):
                             turned = rotation[a, 0] * i + rotation[a, 1] * j + rotation[a, 2] * k
                             cells[n, a] = origin[a] + spacings[b] * turned
                         masses[n] = x
                         n += 1
+                line += 1
     return cells, masses, starts

@@ -118,7 +118,9 @@ class PersonMass:
         Args:
             tolerance: mass that may be left out of each block.
         """
-        return compact(self.flat, self.offsets, self.radii, self.spacings, *self.frame, tolerance)
+        where = self.flat, self.offsets, self.radii
+        spans = self.spans if tolerance >= EXACT else row_spans(*where, self.frame[2], 0.0)
+        return compact(*where, self.spacings, *self.frame, *spans, tolerance)
 
 
 @lru_cache(maxsize=64)
