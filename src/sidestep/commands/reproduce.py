@@ -46,7 +46,7 @@ def reproduce(
 
 def _line(row: dict[str, Any]) -> list[str]:
     low, high = row["interval"]
-    name = row["id"] + (" (lateral)" if row["index"] and "lateral" in row["index"] else "")
+    name = row["id"] + (" (lateral)" if row["index_name"] == "lateral" else "")
     verdict = row["verdict"] + (f"; holds when {row['holds_when']}" if row["holds_when"] else "")
     return [
         name,

@@ -70,20 +70,18 @@ def _summary(claims: list[dict[str, Any]]) -> list[str]:
     heads = [f"{parameters}, {rule}" for parameters, rule in columns]
     lines = ["## At a glance", "", f"| claim | {' | '.join(heads)} |", f"|---|{'---|' * len(heads)}"]
     verdicts: list[str] = []
-    for identity, index in dict.fromkeys((row["id"], row["index"]) for row in claims):
+    for identity, index in dict.fromkeys((row["id"], row["index_name"]) for row in claims):
         mine = {
-            (r["parameters"], r["rule"]): r["verdict"] for r in claims if (r["id"], r["index"]) == (identity, index)
+            (r["parameters"], r["rule"]): r["verdict"]
+            for r in claims
+            if (r["id"], r["index_name"]) == (identity, index)
         }
         verdicts += mine.values()
-        anchor = f"[{identity}](#{identity.lower()})" + (f" ({_short(index)})" if index else "")
+        anchor = f"[{identity}](#{identity.lower()})" + (f" ({index})" if index else "")
         cells = [f"**{mine[c]}**" if mine[c] == "holds" else mine[c] for c in columns]
         lines.append(f"| {anchor} | {' | '.join(cells)} |")
     counts = [f"{verdicts.count(v)} {v}" for v in ("holds", "does not hold", "undecided")]
     return [*lines, "", f"Of {len(verdicts)} verdicts: {', '.join(counts)}.", ""]
-
-
-def _short(index: str) -> str:
-    return "lateral" if "lateral" in index else "as printed"
 
 
 def _plain(text: str) -> str:

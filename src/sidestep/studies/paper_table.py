@@ -45,19 +45,19 @@ CLAIMS: tuple[Claim, ...] = (
         id="IV-A-shorter",
         statement="with prediction (N_H = 5) both paths are shorter than without (N_H = 0)",
         paper="robot 19.45 → 19.31 m, human 9.83 → 9.25 m (one run each)",
-        judge=judge_difference("length", "path length with less without prediction, m"),
+        judge=judge_difference("length", "path length with prediction minus that without, m"),
     ),
     Claim(
         id="IV-A-smoother",
         statement="with prediction (N_H = 5) both paths are smoother than without",
         paper="total turning: robot 0.85 → 1.04 rad, human 5.0 → 0 (one run each)",
-        judge=judge_difference("turning", "total turning with less without prediction, rad"),
+        judge=judge_difference("turning", "total turning with prediction minus that without, rad"),
     ),
     Claim(
         id="IV-A-narrower",
         statement="without prediction the predicted distribution is wider",
         paper="entropy at k = 5: 2.30 without, 1.87 nat with",
-        judge=judge_difference("entropy", "entropy at k = 5 with less without prediction, nat"),
+        judge=judge_difference("entropy", "entropy at k = 5 with prediction minus that without, nat"),
     ),
     Claim(
         id="IV-B-nonpredictive-falls",

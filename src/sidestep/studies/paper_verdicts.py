@@ -15,6 +15,7 @@ from sidestep.studies.paper_table import CLAIMS, Claim
 from sidestep.types import FloatArray
 
 INDICES = {"": "as printed: Σ‖x − g‖², m²", "_lateral": "Σ of the absolute lateral offset, m"}
+_NAMES = {"": "as printed", "_lateral": "lateral"}
 _VALUES = {"printed": "printed", "authors": "authors'"}
 NAMED = 4  # places that a row lists; the figure and the grid of the results have all
 
@@ -72,6 +73,7 @@ def rows(claims: Sequence[Claim], points: Points, places: Sequence[Place] = PLAC
                         "parameters": place.parameters,
                         "rule": place.rule,
                         "index": INDICES[index] if claim.by_index else None,
+                        "index_name": _NAMES[index] if claim.by_index else None,
                         "statement": claim.statement,
                         "paper": claim.paper,
                         "measured": found.measured,

@@ -172,5 +172,4 @@ def region_figure(grid: Sequence[Mapping[str, object]]) -> Figure:
 
 def _claim(entry: Mapping[str, object]) -> str:
     """A claim, and by which index."""
-    lateral = "lateral" in str(entry["index"] or "")
-    return f"{entry['id']}{' (lateral)' if lateral else ''}"
+    return f"{entry['id']}{' (lateral)' if entry['index_name'] == 'lateral' else ''}"
