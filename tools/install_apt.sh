@@ -17,6 +17,8 @@ elif [ "$(id -u)" != 0 ]; then
     echo "$what: skipped, not root; to install: sudo apt-get install ${missing[*]}" >&2
 else
     echo "$what: installing ${missing[*]}"
+    exec 9>"${TMPDIR:-/tmp}/sidestep-apt.lock"
+    flock 9 # apt takes one caller at a time, and does not wait
     apt-get update -qq
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 fi

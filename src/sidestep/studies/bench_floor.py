@@ -36,7 +36,7 @@ def ceilings(repeats: int = 5) -> dict[str, float]:
 
 
 def sweep_work(horizon: int, reach: int = 2, dimension: int = 2, item: int = 4) -> dict[str, float]:
-    """Return what the sweeps of one concerned person must do: floating-point operations, and bytes if nothing is kept.
+    """Return what sweeping every cell for one concerned person takes: operations, and bytes if nothing is kept.
 
     Policy k charges N_H = N stages; stage j is needed on the box of radius reach·(k + j). Per cell and stage: one
     minimum over 2·reach + 1 sums along each axis, and the stage cost (one product and two sums).
