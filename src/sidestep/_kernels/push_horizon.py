@@ -195,8 +195,7 @@ def propagate(
         _step(behaviour, given, moves, k, here_box, concerned, field, here, there, halves, scratch, line)
         if k == 0 and actions.size > 0:
             _read_actions(field, there, centre, reach, d, weight, actions)
-        cover(here_box, reach, d, nowhere, box)
-        here_box[:] = box
+        cover(here_box, reach, d, nowhere, here_box)
         trim_box(field, there, here_box, centre, d, SCATTERED * weight)
         if blocks.size > 0:
             add_block(field, there, box, centre, d, blocks, given.offsets[2 * k + 2], reach * (k + 1))

@@ -18,7 +18,10 @@ def set_box(box: IntArray, radius: int, dimension: int) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cover(box: IntArray, reach: int, dimension: int, other: IntArray, out: IntArray) -> bool:
-    """Write the box that holds `box`, grown by `reach`, and `other`, either of which may be empty; False: both are."""
+    """Write the box that holds `box`, grown by `reach`, and `other`, either of which may be empty; False: both are.
+
+    `out` may be `box` itself.
+    """
     r0, r1 = axis_radius(reach, dimension)
     some = box[0] <= box[1]
     more = other[0] <= other[1] and other[2] <= other[3] and other[4] <= other[5]

@@ -135,16 +135,17 @@ def run_seed(scenario: Scenario, seed: int, *, widths: bool) -> list[float]:
         "plan_p95": m.plan_p95,
         **_widths(seen, closest, decided),
     }
-    return [found.get(column, float("nan")) for column in COLUMNS]
+    return [found[column] for column in COLUMNS]
 
 
 def _widths(seen: list[PersonPlan], closest: int, decided: IntArray) -> dict[str, float]:
     """How wide the predictions `seen` were until the closest approach, at first, and where the belief was decided."""
+    found = dict.fromkeys(WIDTHS, float("nan"))
     if not seen:
-        return {}
+        return found
     met = [width(person) for person in seen[: closest + 1]]
     known = [met[k] if k < len(met) else width(seen[k]) for k in decided if k < len(seen)]
-    found = {"entropy": float(np.mean([entropy for entropy, _ in met]))}
+    found["entropy"] = float(np.mean([entropy for entropy, _ in met]))
     found["entropy_first"], found["peak_first"] = met[0]
     if known:
         found["entropy_decided"], found["peak_decided"] = np.mean(known, axis=0).tolist()
