@@ -101,6 +101,7 @@ def test_every_dimension(d: int) -> None:
         ({"goal": (0.0, 0.0, 0.0, 0.0)}, "planner.goal"),
         ({"goal_weight": -1.0}, "planner.goal_weight"),
         ({"goal_weight": (1.0, 1.0, 1.0)}, "planner.goal_weight"),
+        ({"acceleration_weight": -0.1}, "planner.acceleration_weight"),
         ({"risk_rule": "hope"}, "planner.risk_rule"),
         ({"horizn": 3}, "planner.horizn"),
     ],
@@ -250,8 +251,47 @@ def test_a_steady_walker_is_planned_for_as_somebody_who_may_still_do_anything() 
     assert plan.people["a"].randomness == 0.01
 
 
+def followed(interval: float, weight: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (M, 2) m and velocities (M, 2) m/s behind somebody slow, as plans are made every `interval` s."""
+    one = planner(goal=(0.0, 8.0), acceleration_weight=weight)
+    here, positions, velocities = np.array([0.0, -2.0]), [], []
+    for k in range(round(8.0 / interval)):
+        ahead = person(0.1, -0.5 + 0.5 * interval * k, velocity=(0.0, 0.5))
+        plan = one.step(time=interval * k, robot=sidestep.RobotState(position=here), people=[ahead])
+        here = here + interval * plan.velocity
+        positions.append(here)
+        velocities.append(plan.velocity)
+    return np.array(positions), np.array(velocities)
+
+
+def test_a_robot_that_plans_ten_times_a_second_is_not_shaken() -> None:
+    """Somebody slower is overtaken in about the same time, with a fraction of the acceleration."""
+    found = {weight: followed(0.1, weight) for weight in (0.0, 0.05)}
+    shaken = {w: np.linalg.norm(np.diff(v, axis=0), axis=1).sum() for w, (_, v) in found.items()}  # m/s in all
+    assert shaken[0.05] < 0.5 * shaken[0.0]
+    assert found[0.05][0][-1, 1] > found[0.0][0][-1, 1] - 0.5
+
+
+def test_what_a_change_of_velocity_costs_counts_by_elapsed_time() -> None:
+    """Half as long until the next call, twice as dear; nothing is preferred at first, or where it is free."""
+
+    def first(interval: float, weight: float) -> np.ndarray:
+        one = planner(acceleration_weight=weight)
+        one.step(time=0.0, robot=ROBOT, people=[])
+        one.goal = (5.0, -5.0)  # to the right now
+        one.step(time=1.0, robot=ROBOT, people=[])
+        one.goal = (0.0, 5.0)  # and ahead again
+        return one.step(time=1.0 + interval, robot=ROBOT, people=[]).velocity
+
+    free = planner(acceleration_weight=0.0).step(time=0.0, robot=ROBOT, people=[]).velocity
+    np.testing.assert_allclose(planner(acceleration_weight=5.0).step(time=0.0, robot=ROBOT, people=[]).velocity, free)
+    np.testing.assert_allclose(first(0.1, 0.0), free, atol=1e-6)
+    np.testing.assert_allclose(first(0.1, 0.1), first(0.2, 0.2), atol=1e-6)
+    assert first(0.1, 0.1)[0] > first(0.5, 0.1)[0] + 0.1
+
+
 def in_a_corridor(recourse: float | None) -> tuple[sidestep.Plan, sidestep.Plan]:
-    """The plans for a person who comes down the middle of a corridor, and for one who has come near."""
+    """The plans for a person who comes down a corridor, a little on the robot's side, and for one who has come near."""
     wall = [(-20.0, 1.5), (20.0, 1.5), (20.0, 1.8), (-20.0, 1.8)]
     walls = sidestep.Obstacles(polygons=[wall, [(x, -y) for x, y in wall]])
     human = sidestep.HumanModel(evidence="action")  # who does not react is soon known to be unconcerned
@@ -259,7 +299,7 @@ def in_a_corridor(recourse: float | None) -> tuple[sidestep.Plan, sidestep.Plan]
     plans = []
     for k in range(8):
         robot = sidestep.RobotState(position=(-0.2 * k, -1.0))
-        plans.append(one.step(time=0.2 * k, robot=robot, people=[person(4.0 - 0.2 * k, 0.1, velocity=(-1.0, 0.0))]))
+        plans.append(one.step(time=0.2 * k, robot=robot, people=[person(4.0 - 0.2 * k, -0.2, velocity=(-1.0, 0.0))]))
     return plans[0], plans[-1]
 
 

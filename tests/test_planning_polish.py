@@ -32,11 +32,11 @@ def problem(**changes):
     x=st.floats(0.4, 2.5), y=st.floats(-0.8, 0.8), heading=st.floats(-3.1, 3.1),
     shape=st.sampled_from(["box", "disc"]), goal_cost=st.sampled_from(["squared", "distance"]),
     soft=st.sampled_from([0.0, 15.0]), spread=st.booleans(), graded=st.booleans(), walls=st.booleans(),
-    limited=st.booleans(),
+    limited=st.booleans(), preferred=st.sampled_from([None, (0.9, 0.0), (-0.4, 0.6)]),
 )  # fmt: skip
 @options(max_examples=60)
 def test_polish_never_costs_more_and_never_breaks_a_limit(
-    x, y, heading, shape, goal_cost, soft, spread, graded, walls, limited
+    x, y, heading, shape, goal_cost, soft, spread, graded, walls, limited, preferred
 ):
     people = RiskField(
         people=[person(horizon=5, position=(x, y), heading=heading, spread=spread)], distances=np.array([0.6])
@@ -44,6 +44,7 @@ def test_polish_never_costs_more_and_never_breaks_a_limit(
     given_ = problem(
         shape=shape, goal_cost=goal_cost, soft_risk_weight=soft, people=people, graded=graded, risk_limit=0.05,
         obstacles=WALLS if walls else None, inertia=INERTIA if limited else None,
+        preferred=None if preferred is None else np.array(preferred), preference_weight=0.5 if preferred else 0.0,
     )  # fmt: skip
     found = search(given_)
     refined = polish(given_, found)

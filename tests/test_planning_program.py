@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from alternatives.program import forbidden, interpolated, objective_value, room_to, trust_region
+from alternatives.program import forbidden, interpolated, objective_value, rise_at, room_to, trust_region
+from made_masses import person
 from sidestep._kernels.path_costs import goal_costs, half_instants, motion_cost, top_speed
 from sidestep._kernels.program import CHORD_ANGLE, goal_model, half_planes, objective
 from sidestep._kernels.program_around import REACH, part_way, program_around, promised_gain
+from sidestep._kernels.search_corridor import corridor
+from sidestep.planning.polish import _program, polish
+from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.search import search
+from sidestep.prediction.collision import RiskField
 
 STEPS = 4
 
@@ -143,6 +151,7 @@ def surroundings(generator, d, width=12):
 @pytest.mark.parametrize("compiled", [False, True])
 def test_the_program_around_a_path_is_made_of_its_parts(generator, d, given, compiled):
     path, spacing, limit = 0.6 * made_path(generator, d) + generator.normal(size=d), 0.125, 0.3
+    path[3] = path[2]  # stands still during one step
     directions = np.concatenate([np.eye(d), -np.eye(d)])
     goal, weight, effort, wish, velocity = generator.uniform(0.1, 2.0, (5, d))
     model = generator.uniform(0.1, 2.0, (2, STEPS, d)) if given else np.zeros((0, 0, 0))
@@ -152,7 +161,7 @@ def test_the_program_around_a_path_is_made_of_its_parts(generator, d, given, com
     kernel = program_around if compiled else program_around.py_func
     rows, planes = kernel(
         path, spacing, directions, goal, weight, False, 0.5, model, effort, 0.5, wish, 7.0, *listed, limit, 0.5, 15.0,
-        steep, walls, 1.0, True, velocity, 0.3,
+        steep, 0.4, walls, 1.0, True, velocity, 0.3,
     )  # fmt: skip
     curvature, slope = model if given else goal_model(path, goal, weight, False, 0.5)
     slope, room = slope.copy(), np.full((2 * STEPS, 2 * d), np.inf)
@@ -162,10 +171,8 @@ def test_the_program_around_a_path_is_made_of_its_parts(generator, d, given, com
         k, midway = n // 2, n % 2 == 0
         cell = ((0.5 * (path[k] + path[k + 1]) if midway else path[k + 1]) - path[0]) / spacing
         here = interpolated(rasters[n + 1], cell)
-        rise = [
-            (interpolated(rasters[n + 1], cell + e) - interpolated(rasters[n + 1], cell - e)) / 2 for e in np.eye(d)
-        ]
-        price = 0.5 * (15.0 + (steep[k] if here > limit else 0.0)) * np.array(rise) / spacing
+        price = 0.5 * (15.0 + (steep[k] if here > limit else 0.0)) * rise_at(rasters[n + 1], cell) / spacing
+        price *= 0.4 if k == 2 else 1.0
         slope[k] += price * (0.5 if midway else 1.0)
         slope[k - 1] += price * (0.5 if midway and k > 0 else 0.0)
         room[n] = [spacing * room_to(rasters[n + 1], cell, v, limit, REACH) for v in directions]
@@ -188,6 +195,62 @@ def test_the_promised_gain_is_the_fall_of_the_objective(generator, compiled):
     assert gain == pytest.approx(before - after)
 
 
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_what_lies_outside_a_raster_is_no_slope(generator, d, compiled):
+    """A robot at full speed is at the edge of what it can reach, exactly or but for rounding."""
+    rasters, (values, starts, some, low, size) = surroundings(generator, d, width=3)
+    some[:] = True
+    cells, active = np.zeros((2 * STEPS, 3)), (np.arange(3) >= 3 - d).astype(np.int64)
+    cells[:, 3 - d :] = generator.integers(-3, 4, (2 * STEPS, d))
+    cells[0, 3 - d], cells[1, 3 - d] = 3.0, -3.0
+    cells[:, 3 - d :] += generator.choice([0.0, 1e-12, -1e-12], (2 * STEPS, d))
+    rays = np.concatenate([np.eye(3)[3 - d :], -np.eye(3)[3 - d :]])
+    look = corridor if compiled else corridor.py_func
+    _, slope, level = look(cells, rays, 1.5, active, values, starts, some, low, size, 0.5)
+    for n in range(2 * STEPS):
+        inside = np.round(cells[n, 3 - d :])
+        assert level[n] == pytest.approx(interpolated(rasters[n + 1], inside), abs=1e-6)
+        np.testing.assert_allclose(slope[n, 3 - d :], rise_at(rasters[n + 1], inside), atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_program_falls_as_the_objective_does(seed):
+    """At full speed past somebody: from every step, in every direction that leaves the person no nearer than before."""
+    rng = np.random.default_rng(seed)
+    there = person(horizon=4, position=(1.6, rng.uniform(0.9, 1.4)), heading=rng.uniform(-3, 3), spread=True)
+    given = PlanningProblem(
+        start=np.zeros(2), goal=np.array([6.0, 0.0]), time_step=0.5, horizon=4, max_speed=1.0, shape="disc",
+        soft_risk_weight=20.0, risk_limit=1.0, people=RiskField(people=[there], distances=np.array([0.7])),
+        preferred=np.array([0.5, 0.2]), preference_weight=0.3,
+    )  # fmt: skip
+    found = search(given)
+    rows, _ = _program(given, found.path, found.maps)
+    n = rows.shape[1]
+    slope = rows[:n] @ found.path[1:].ravel() + rows[n]
+    exact = np.zeros(n)
+    for i in range(n):
+        ways = [found.path.copy(), found.path.copy()]
+        for way, shift in zip(ways, (1e-3, -1e-3), strict=True):
+            way[1 + i // 2, i % 2] += shift
+        exact[i] = (given.cost(ways[0]) - given.cost(ways[1])) / 2e-3
+    assert np.abs(exact).max() > 0.5
+    np.testing.assert_allclose(slope, exact, atol=0.35, rtol=0.35)
+
+
+def test_a_lattice_path_past_somebody_is_polished():
+    there = person(horizon=6, position=(1.5, 0.1), heading=2.8, spread=True)
+    given = PlanningProblem(
+        start=np.zeros(2), goal=np.array([6.0, 1.1]), time_step=0.5, horizon=6, max_speed=1.0, shape="disc",
+        soft_risk_weight=6.0, risk_limit=0.05, people=RiskField(people=[there], distances=np.array([0.7])),
+    )  # fmt: skip
+    found = search(given)
+    refined = polish(given, found)
+    finer = search(replace(given, resolution=12))
+    assert refined.rounds == 2
+    assert refined.cost < found.cost - 0.5 * (found.cost - finer.cost)  # most of what a fine lattice gains
+
+
 @pytest.mark.parametrize("compiled", [False, True])
 def test_part_way_leaves_the_start_and_the_path_itself_alone(generator, compiled):
     path, moved = made_path(generator, 3), generator.normal(size=3 * STEPS)
@@ -195,3 +258,7 @@ def test_part_way_leaves_the_start_and_the_path_itself_alone(generator, compiled
     found = (part_way if compiled else part_way.py_func)(path, moved, 0.2)
     np.testing.assert_allclose(found, 0.8 * path + 0.2 * np.concatenate([path[:1], moved.reshape(-1, 3)]), atol=1e-12)
     assert np.array_equal(path, before)
+    path[2] = path[1]
+    found = (part_way if compiled else part_way.py_func)(path, moved, 0.2)
+    assert np.array_equal(found[2], found[1])  # goes on standing
+    np.testing.assert_allclose(found[3:], (0.8 * path + 0.2 * np.concatenate([path[:1], moved.reshape(-1, 3)]))[3:])

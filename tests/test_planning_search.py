@@ -299,6 +299,29 @@ def test_cost_of_the_search_is_the_objective_of_its_path(goal_cost, shape):
 
 
 @given(
+    weight=st.sampled_from([0.0, 0.5, 20.0, 1e4]), angle=st.floats(-3.1, 3.1), speed=st.floats(0.0, 1.5),
+    squared=st.booleans(), graded=st.booleans(),
+)  # fmt: skip
+@options(max_examples=40)
+def test_preferred_first_velocity_is_weighed_against_everything_else(weight, angle, speed, squared, graded):
+    preferred = speed * np.array([np.cos(angle), np.sin(angle)])
+    given_ = problem(
+        horizon=2, resolution=2, preferred=preferred, preference_weight=weight, graded=graded,
+        goal_cost="squared" if squared else "distance",
+    )  # fmt: skip
+    found = search(given_)
+    taps = 0.25 * lattice_taps(2, 2, "disc")
+    ways = [np.stack([np.zeros(2), a, a + b]) for a in taps for b in taps]
+    plain = replace(given_, preferred=None, preference_weight=0.0)
+    best = min(plain.cost(way) + weight * ((way[1] / 0.5 - preferred) ** 2).sum() for way in ways)
+    assert found.cost == pytest.approx(best, rel=1e-5, abs=1e-5)
+    assert given_.cost(found.path) == pytest.approx(found.cost)
+    if weight == 1e4:
+        off = np.linalg.norm(found.path[1] / 0.5 - preferred)
+        assert off == pytest.approx(min(np.linalg.norm(w[1] / 0.5 - preferred) for w in ways))
+
+
+@given(
     x=st.floats(0.8, 2.5), y=st.floats(-0.8, 0.8), heading=st.floats(-3.1, 3.1), limit=st.sampled_from([0.02, 0.1]),
     spread=st.booleans(),
 )  # fmt: skip

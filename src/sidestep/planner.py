@@ -76,6 +76,7 @@ class Planner:
         self._informed = -math.inf  # s, of the last call that knew about people
         self._interval = self.settings.time_step  # s, until the next call, as far as the calls so far tell
         self._was: tuple[float, Vector] | None = None  # s and m, the reference at the last call
+        self._asked: tuple[float, Vector] | None = None  # s and m/s, what the last call asked for, unless a stop
         self.goal = goal
 
     @property
@@ -103,7 +104,7 @@ class Planner:
 
     def reset(self) -> None:
         """Forget everybody and the last plan."""
-        self._minds, self._last, self._was = {}, None, None
+        self._minds, self._last, self._was, self._asked = {}, None, None, None
         self._time = self._informed = -math.inf
 
     def step(
@@ -130,7 +131,9 @@ class Planner:
         except Exception as error:  # a fault of ours must not leave the robot with an old command
             _log.exception("planning failed")
             plan = self._stopped(time, robot, f"internal error: {error!r}", started)
-        self._last = None if plan.status == "stopped" else plan
+        stopped = plan.status == "stopped"
+        self._last = None if stopped else plan
+        self._asked = None if stopped else (plan.time, plan.velocity)
         return plan
 
     def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
@@ -175,6 +178,7 @@ class Planner:
         wanted = None if wish is None else frozen_array(wish)
         if wanted is not None and (wanted.shape != self.goal.shape or not np.isfinite(wanted).all()):
             wanted = None
+        state = self._under_way(time, robot)
         horizon = settings.horizon if settings.deadline is None else self._pace.horizon(settings)
         around = circumstances(
             settings,
@@ -187,7 +191,7 @@ class Planner:
         return Situation(
             time=time,
             robot=self.robot,
-            state=self._under_way(time, robot),
+            state=state,
             start=self.robot.reference(robot),
             goal=self.goal,
             settings=settings,
@@ -198,7 +202,16 @@ class Planner:
             outlook=self._outlook,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
             wish=wanted,
+            velocity=self._velocity(time, state),
         )
+
+    def _velocity(self, time: float, state: RobotState) -> Vector | None:
+        """(d,) m/s, that the robot moves with: as measured where acceleration is limited, else as last asked for."""
+        if self.robot.planning_acceleration is not None:
+            return self.robot.reference_velocity(state)
+        if self._asked is None or time - self._asked[0] > self.settings.timeout:
+            return None
+        return self._asked[1]
 
     def _under_way(self, time: float, robot: RobotState) -> RobotState:
         """Return the state with a velocity where one is needed: as measured, else the mean since the last call."""

@@ -43,6 +43,7 @@ class Situation:
         crew: who predicts; outlook: how far searches look at first.
         stop_by: s on the wall clock (`perf_counter`) after which no kernel is started; inf without a deadline.
         wish: (d,) m/s, a velocity that another controller asks for, or None.
+        velocity: (d,) m/s, that the robot moves with now, or None where nobody knows.
     """
 
     time: float
@@ -58,6 +59,7 @@ class Situation:
     outlook: Outlook
     stop_by: float = math.inf
     wish: Vector | None = None
+    velocity: Vector | None = None
 
     @property
     def steps(self) -> int:
@@ -98,6 +100,7 @@ class Situation:
         """Return Eq. 9 under a prediction."""
         self.check()
         settings, robot, field = self.settings, self.robot, seen.field
+        preferred, weight = self._preference
         if settings.risk_rule == "cells":
             field = field.cells_above(settings.risk_limit)
         return PlanningProblem(
@@ -122,9 +125,19 @@ class Situation:
             inertia=self.inertia,
             stop_limit=settings.risk_limit if settings.first_step_limit is None else settings.first_step_limit,
             resolution=settings.search_resolution,
-            wish=self.wish,
-            wish_weight=0.0 if self.wish is None else _WISH * self.around.horizon,
+            preferred=preferred,
+            preference_weight=weight,
         )
+
+    @property
+    def _preference(self) -> tuple[Vector | None, float]:
+        """(d,) m/s, the first velocity that is preferred, and the cost per m²/s² off it: as wished, else as now."""
+        if self.wish is not None:
+            return self.wish, _WISH * self.around.horizon
+        weight = self.settings.acceleration_weight
+        if self.velocity is None or weight == 0.0:
+            return None, 0.0
+        return self.velocity, weight / self.around.interval  # ∫‖a‖² dt of a steady change until the next call
 
     def distance(self, place: Vector) -> float:
         """Return m from `place` to the goal, around walls."""

@@ -33,6 +33,19 @@ def interpolated(raster, cell):
     return float(map_coordinates(raster, (place + np.array(raster.shape) // 2)[:, None], order=1, cval=1.0)[0])
 
 
+def rise_at(raster, cell):
+    """Slope of the risk (d,) per cell at `cell` (d,), over a cell to either side that the raster knows."""
+    rise = np.zeros(len(cell))
+    widest = (np.array(raster.shape)[3 - len(cell) :]) // 2
+    for a in range(len(cell)):
+        step = np.eye(len(cell))[a]
+        known = [cell + s * step for s in (1, 0, -1) if np.all(np.abs(cell + s * step) <= widest + 1e-9)]
+        if len(known) > 1:
+            inside = [np.clip(k, -widest, widest) for k in (known[0], known[-1])]
+            rise[a] = (interpolated(raster, inside[0]) - interpolated(raster, inside[1])) / (len(known) - 1)
+    return rise
+
+
 def room_to(raster, cell, direction, limit, reach):
     """Cells to the last of the samples, a quarter of a cell apart, before the risk passes `limit`."""
     if interpolated(raster, cell) > limit:

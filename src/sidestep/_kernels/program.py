@@ -62,8 +62,8 @@ def objective(
         curvature: (N, d), with
         slope: (N, d), of everything but the motion itself.
         effort: (d,) weight of ½·‖x_k − x_{k−1}‖² per axis.
-        first: (d,) m, where x_1 is wished, with
-        first_weight: of ½·‖x_1 − first‖²; 0 without a wish.
+        first: (d,) m, where x_1 is preferred, with
+        first_weight: of ½·‖x_1 − first‖²; 0 where no place is.
         out: whatever it holds is overwritten.
     """
     steps, d = curvature.shape

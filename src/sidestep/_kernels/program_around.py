@@ -29,8 +29,8 @@ def program_around(
     given: FloatArray,
     effort: FloatArray,
     time_step: float,
-    wish: FloatArray,
-    wish_weight: float,
+    preferred: FloatArray,
+    preference_weight: float,
     values: NDArray[np.float32],
     starts: IntArray,
     some: NDArray[np.bool_],
@@ -40,6 +40,7 @@ def program_around(
     share: float,
     soft: float,
     steep: FloatArray,
+    standing_share: float,
     walls: FloatArray,
     max_speed: float,
     box: bool,
@@ -56,13 +57,14 @@ def program_around(
         given: (2, N, d) curvature and slope of the goal cost, where it is not the straight-line one; or size 0.
         effort: (d,) θ6.
         time_step: s.
-        wish: (d,) m/s, first velocity wished for, with
-        wish_weight: cost per m²/s² off it; 0 without a wish.
+        preferred: (d,) m/s, preferred first velocity, with
+        preference_weight: cost per m²/s² off it; 0 where none is preferred.
         values, starts, some, low, size: rasters of the risk, as in `_kernels.risk_raster.rasterise_all`.
         limit: risk above which a place is forbidden.
         share: part of a step's price of risk that a half instant is charged.
         soft: cost per unit risk and step.
         steep: (N,) further cost per unit above the limit.
+        standing_share: part of both that standing still is charged.
         walls: (2N, m) m of room until walls are met at half instants 1..2N; or size 0.
         max_speed: m/s.
         box: it limits every axis, not the norm.
@@ -82,15 +84,17 @@ def program_around(
     if some.any():
         price = share / spacing
         room, rise = _among_risk(
-            path, spacing, directions, values, starts, some, low, size, limit, price * soft, price * steep
-        )
+            path, spacing, directions, values, starts, some, low, size, limit, price * soft, price * steep,
+            standing_share,
+        )  # fmt: skip
         slope += rise
         for n in range(walls.shape[0]):
             for m in range(walls.shape[1]):
                 room[n, m] = min(room[n, m], walls[n, m])
     rows = np.empty((steps * d + 3, steps * d))
     per_move = 2.0 / time_step**2
-    objective(path, curvature, slope, per_move * effort, path[0] + time_step * wish, per_move * wish_weight, rows[:-2])
+    first = path[0] + time_step * preferred
+    objective(path, curvature, slope, per_move * effort, first, per_move * preference_weight, rows[:-2])
     _trust_region(path, spacing, velocity * time_step, largest_change * time_step / math.sqrt(d), rows[-2:])
     slack = 2.0 * spacing * math.sqrt(d)
     return rows, half_planes(path, room, directions, REACH * spacing, max_speed * time_step, box, slack)
@@ -109,6 +113,7 @@ def _among_risk(
     limit: float,
     soft: float,
     steep: FloatArray,
+    standing_share: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Room (2N, m) m until the risk passes the limit, and the slope (N, d) of the soft risk; see `corridor`."""
     d = path.shape[1]
@@ -119,7 +124,20 @@ def _among_risk(
         cells[:, 3 - d + a] = (cells[:, 3 - d + a] - path[0, a]) / spacing
         rays[:, 3 - d + a] = directions[:, a]
     room, slope, level = corridor(cells, rays, REACH, active, values, starts, some, low, size, limit)
-    return room * spacing, soft_slope(slope, level, soft, steep, limit, d)
+    paid = np.ones(steep.size)
+    for k in range(steep.size):
+        if _stands(path, k):
+            paid[k] = standing_share
+    return room * spacing, soft_slope(slope, level, soft, steep, limit, paid, d)
+
+
+@njit(cache=True, error_model="numpy")
+def _stands(path: FloatArray, k: int) -> bool:
+    """Whether step k of `path` (N+1, d) m leads nowhere."""
+    moved = 0.0
+    for a in range(path.shape[1]):
+        moved += abs(path[k + 1, a] - path[k, a])
+    return moved == 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -153,8 +171,13 @@ def promised_gain(path: FloatArray, moved: FloatArray, rows: FloatArray) -> floa
 
 @njit(cache=True, error_model="numpy")
 def part_way(path: FloatArray, moved: FloatArray, part: float) -> FloatArray:
-    """(N+1, d) m, `part` of the way from `path` (N+1, d) m to the positions `moved` (N·d,) m; x_0 stays."""
+    """(N+1, d) m, `part` of the way from `path` (N+1, d) m to the positions `moved` (N·d,) m; x_0 stays.
+
+    Who stands during a step goes on standing, wherever that is: standing is charged less, and the least motion is none.
+    """
     out, d = path.copy(), path.shape[1]
-    for n in range(moved.size):
-        out[1 + n // d, n % d] += part * (moved[n] - out[1 + n // d, n % d])
+    for k in range(path.shape[0] - 1):
+        stands = _stands(path, k)
+        for a in range(d):
+            out[k + 1, a] = out[k, a] if stands else path[k + 1, a] + part * (moved[k * d + a] - path[k + 1, a])
     return out

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from sidestep.types import FloatArray, IntArray
 
+NEXT_TO_NOTHING = 1e-6
+"""Cells that a place may lie beyond the raster by rounding alone."""
+
 
 @njit(cache=True, error_model="numpy")
 def _risk_near(c: FloatArray, active: IntArray, values: NDArray[np.float32], low: IntArray, size: IntArray) -> float:
@@ -20,8 +23,8 @@ def _risk_near(c: FloatArray, active: IntArray, values: NDArray[np.float32], low
         place = 0
         for a in range(3):
             up = (corner >> a) & 1
-            q = math.floor(c[a])
-            part = c[a] - q if active[a] else 0.0
+            q = math.floor(c[a] + NEXT_TO_NOTHING)
+            part = c[a] - q if active[a] and c[a] - q > NEXT_TO_NOTHING else 0.0
             weight *= part if up else 1.0 - part
             q = q + up - low[a] if active[a] else 0
             if weight > 0.0 and not 0 <= q < size[a]:
@@ -30,6 +33,35 @@ def _risk_near(c: FloatArray, active: IntArray, values: NDArray[np.float32], low
         if weight > 0.0:
             total += weight * float(values[place])
     return total
+
+
+@njit(cache=True, error_model="numpy")
+def _slope_near(
+    c: FloatArray,
+    level: float,
+    active: IntArray,
+    values: NDArray[np.float32],
+    low: IntArray,
+    size: IntArray,
+    out: FloatArray,
+) -> None:
+    """Write the slope of the risk (3,) per cell at c (3,), where it is `level`: over a cell to either side.
+
+    A side that lies outside the raster is not known, and counts for nothing.
+    """
+    beside = c.copy()
+    for a in range(3):
+        if not active[a]:
+            continue
+        ahead, behind, span = level, level, 0.0
+        if c[a] + 1.0 <= low[a] + size[a] - 1 + NEXT_TO_NOTHING:
+            beside[a] = c[a] + 1.0
+            ahead, span = _risk_near(beside, active, values, low, size), span + 1.0
+        if c[a] - 1.0 >= low[a] - NEXT_TO_NOTHING:
+            beside[a] = c[a] - 1.0
+            behind, span = _risk_near(beside, active, values, low, size), span + 1.0
+        beside[a] = c[a]
+        out[a] = (ahead - behind) / span if span > 0.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -88,14 +120,7 @@ def corridor(
             continue
         risk, corner, cells = values[starts[block] : starts[block + 1]], low[block], size[block]
         level[n] = _risk_near(doubled[n], active, risk, corner, cells)
-        for a in range(3):
-            if active[a]:
-                for b in range(3):
-                    c[b] = doubled[n, b]
-                c[a] += 1.0
-                above = _risk_near(c, active, risk, corner, cells)
-                c[a] -= 2.0
-                slope[n, a] = (above - _risk_near(c, active, risk, corner, cells)) / 2.0
+        _slope_near(doubled[n], level[n], active, risk, corner, cells, slope[n])
         if level[n] > limit or _highest_near(doubled[n], reach, active, risk, corner, cells) <= limit:
             continue
         for m in range(directions.shape[0]):
@@ -112,7 +137,7 @@ def corridor(
 
 @njit(cache=True, error_model="numpy")
 def soft_slope(
-    slope: FloatArray, level: FloatArray, soft: float, steep: FloatArray, limit: float, dimension: int
+    slope: FloatArray, level: FloatArray, soft: float, steep: FloatArray, limit: float, paid: FloatArray, dimension: int
 ) -> FloatArray:
     """Slope (N, d) of the soft risk at steps 1..N, half of what is charged midway reckoned to either side.
 
@@ -122,12 +147,13 @@ def soft_slope(
         soft: price of a unit of risk at a half instant.
         steep: (N,) further price above `limit`, at each step and midway to it.
         limit: risk limit.
+        paid: (N,) part of it that is charged at each step and midway to it.
         dimension: d.
     """
     steps = level.size // 2
     out = np.zeros((steps, dimension))
     for n in range(level.size):
-        price = soft + (steep[n // 2] if level[n] > limit else 0.0)
+        price = paid[n // 2] * (soft + (steep[n // 2] if level[n] > limit else 0.0))
         for a in range(dimension):
             rise = price * slope[n, 3 - dimension + a]
             if n % 2 == 1:

@@ -97,15 +97,15 @@ def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> tuple[Fl
     directions = _directions(d)
     walls = _NO_ROOM if problem.obstacles is None else _wall_room(problem, path, directions, maps.spacing)
     model = _NO_MODEL if problem.distance_to_goal is None else _goal_model(problem, path)
-    wish, wish_weight = (path[0], 0.0) if problem.wish is None else (problem.wish, problem.wish_weight)
+    preferred = path[0] if problem.preferred is None else problem.preferred
     velocity = path[0] if problem.inertia is None else problem.inertia.velocity
     limit = 0.5 if problem.rule == "cells" else problem.risk_limit
     rows, planes = program_around(
         path, maps.spacing, directions,
         problem.goal, problem.goal_weights, problem.goal_cost == "squared", problem.terminal_weight, model,
-        problem.effort_weights, problem.time_step, wish, wish_weight,
+        problem.effort_weights, problem.time_step, preferred, problem.preference_weight,
         rasters.values, rasters.starts, rasters.some, *rasters.boxes, limit,
-        problem.half_share, problem.soft_risk_weight, problem.excess_weights,
+        problem.half_share, problem.soft_risk_weight, problem.excess_weights, problem.standing_share,
         walls, problem.max_speed, problem.shape == "box", velocity, problem.largest_change,
     )  # fmt: skip
     if problem.inertia is None or len(path) < 3:

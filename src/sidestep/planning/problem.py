@@ -54,7 +54,7 @@ class PlanningProblem:
         inertia: of a base of limited acceleration, which limits the first action, or None; stop_limit: largest
             admissible risk at each half instant until such a base, braking from the next call on, would stand.
         resolution: K, largest tap of the search; None: by the budget.
-        wish: (d,) m/s, a first velocity that somebody else asks for, or None; wish_weight: cost per m²/s² off it.
+        preferred: (d,) m/s, a first velocity that is preferred, or None; preference_weight: cost per m²/s² off it.
     """
 
     start: Vector
@@ -83,8 +83,8 @@ class PlanningProblem:
     inertia: Inertia | None = None
     stop_limit: float = 0.01
     resolution: int | None = None
-    wish: Vector | None = None
-    wish_weight: float = 0.0
+    preferred: Vector | None = None
+    preference_weight: float = 0.0
 
     @property
     def dimension(self) -> int:
@@ -120,11 +120,11 @@ class PlanningProblem:
         walk = self.distance_to_goal.at(points)
         return self.goal_weights[0] * (walk * walk if self.goal_cost == "squared" else walk)
 
-    def wish_costs(self, velocities: FloatArray) -> FloatArray:
-        """Return (M,) what first velocities (M, d) m/s cost for being off the wish."""
-        if self.wish is None:
+    def preference_costs(self, velocities: FloatArray) -> FloatArray:
+        """Return (M,) what first velocities (M, d) m/s cost for being off the preferred one."""
+        if self.preferred is None:
             return np.zeros(len(velocities))
-        return self.wish_weight * np.square(velocities - self.wish).sum(axis=1)
+        return self.preference_weight * np.square(velocities - self.preferred).sum(axis=1)
 
     def risk_along(self, path: Path) -> FloatArray:
         """Return (2N,) what the rule limits, at half instants 1..2N of `path` (N+1, d) m."""
@@ -149,11 +149,11 @@ class PlanningProblem:
             total = straight_motion_cost(path, self.goal, self.goal_weights, squared, *beyond)
         else:
             total = motion_cost(path, self.goal_costs(path[1:]), *beyond)
-        if self.wish is None and not self.graded:
+        if self.preferred is None and not self.graded:
             return total
         first = (path[1:2] - path[:1]) / self.time_step
-        if self.wish is not None:
-            total += self.wish_costs(first)[0]
+        if self.preferred is not None:
+            total += float(self.preference_costs(first)[0])
         return total + float(self.first_step_costs(first)[0]) if self.graded else total
 
     @property

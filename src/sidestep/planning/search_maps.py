@@ -170,12 +170,12 @@ def _look(
 def _first_costs(problem: PlanningProblem, velocities: FloatArray) -> NDArray[np.float32]:
     """What each tap costs at the first step; where acceleration leaves no tap, the one nearest to what it leaves."""
     costs = problem.first_step_costs(velocities)
-    if problem.wish is not None:
-        costs += problem.wish_costs(velocities)
+    if problem.preferred is not None:
+        costs += problem.preference_costs(velocities)
     if problem.inertia is not None and not np.isfinite(costs).any():
         change = np.linalg.norm(velocities - problem.inertia.velocity, axis=1)
         if change.min() > problem.largest_change:
-            free = problem.first_step_costs(velocities, abruptly=True) + problem.wish_costs(velocities)
+            free = problem.first_step_costs(velocities, abruptly=True) + problem.preference_costs(velocities)
             nearest = int(np.where(np.isfinite(free), change, np.inf).argmin())
             costs[nearest] = free[nearest]
     return costs.astype(np.float32)

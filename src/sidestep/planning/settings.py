@@ -28,6 +28,8 @@ class PlannerSettings:
         goal_weight: θ5, one number or one per axis (≥ 0).
         goal_cost: "squared" is Eq. 9a; "distance" is θ5·‖x−g‖, whose pull does not grow with the distance.
         effort_weight: θ6, one number or one per axis (≥ 0).
+        acceleration_weight: cost of the acceleration until the next call, ∫‖a‖² dt in m²/s³ (≥ 0), so that a plan made
+            ten times a second is followed and not shaken; 0 is the paper.
         soft_risk_weight: λ, cost per unit of probability within clearance below the limit (≥ 0); 0 is the paper.
         midway: look between the samples too.
         first_step_limit: P(closer than contact + 0.05 m at any time until the next call) of the first action, or None.
@@ -56,6 +58,7 @@ class PlannerSettings:
     goal_weight: float | tuple[float, ...] = 1.0
     goal_cost: Literal["squared", "distance"] = "distance"
     effort_weight: float | tuple[float, ...] = 0.02
+    acceleration_weight: float = 0.05
     soft_risk_weight: float = 6.0
     midway: bool = True
     first_step_limit: float | None = 0.01
@@ -86,7 +89,7 @@ class PlannerSettings:
             weight = getattr(self, name)
             for w in weight if isinstance(weight, tuple) else (weight,):
                 _within(name, w, "a finite number ≥ 0", least=0.0)
-        for name in ("soft_risk_weight", "memory"):
+        for name in ("acceleration_weight", "soft_risk_weight", "memory"):
             _within(name, getattr(self, name), "a finite number ≥ 0", least=0.0)
         _within("least_randomness", self.least_randomness, "a probability, 0 to 1", least=0.0, most=1.0)
         for name in ("clearance", "deadline", "recourse"):
