@@ -44,7 +44,7 @@ def test_blur_is_a_convolution(d: int, shift: int) -> None:
     source, before = rng.random(5 * active + 1) / 40, rng.random(7 * active + 1) / 2
     ring = np.sqrt((np.stack(np.indices(3 * active + 1)) ** 2).sum(axis=0))
     kernel = np.where(ring < 3.2, np.exp(-ring), 0.0).astype(np.float32)
-    whole = kernel[np.ix_(*(np.abs(np.arange(-3 * a, 3 * a + 1)) for a in active))]
+    whole = kernel[np.ix_(*(np.abs(np.arange(-3 * a, 3 * a + 1)) for a in active))].astype(np.float64)
     blurred = np.zeros(25 * active + 1)  # from cell −10 on, the source from cell 0
     blurred[tuple(slice(7 * a, 7 * a + 12 * a + (1 - a)) for a in active)] = convolve(source, whole)[
         tuple(slice(0, 12 * a + (1 - a)) for a in active)
