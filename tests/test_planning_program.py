@@ -248,6 +248,9 @@ def test_a_lattice_path_past_somebody_is_polished():
     refined = polish(given, found)
     finer = search(replace(given, resolution=12))
     assert refined.rounds == 2
+    times = iter([False, True])
+    assert polish(given, found, late=lambda: next(times)).rounds == 1  # what was found by then
+    assert polish(given, found, late=lambda: True).path is found.path
     assert refined.cost < found.cost - 0.5 * (found.cost - finer.cost)  # most of what a fine lattice gains
 
 

@@ -127,7 +127,7 @@ def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
     if not found.feasible:
         return None
     now.check()
-    return polish(problem, found).path if now.settings.polish else found.path
+    return polish(problem, found, late=now.late).path if now.settings.polish else found.path
 
 
 def _least_risk(now: Situation, seen: Forecast, best: Outcome | None) -> Outcome:

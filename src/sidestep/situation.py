@@ -79,9 +79,13 @@ class Situation:
         needed = 0 if inertia is None else math.ceil(min(inertia.time_to_stop / s.time_step, most))
         return max(round(s.recourse / s.time_step), needed, 1)
 
+    def late(self) -> bool:
+        """Return whether no further kernel may be started."""
+        return perf_counter() > self.stop_by
+
     def check(self) -> None:
         """Raise `OutOfTime` when no further kernel may be started."""
-        if perf_counter() > self.stop_by:
+        if self.late():
             raise OutOfTime
 
     def anticipated(self, last: Plan | None) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -36,13 +37,16 @@ class PolishedPath:
     rounds: int
 
 
-def polish(problem: PlanningProblem, found: SearchResult, *, rounds: int = 2) -> PolishedPath:
+def polish(
+    problem: PlanningProblem, found: SearchResult, *, rounds: int = 2, late: Callable[[], bool] | None = None
+) -> PolishedPath:
     """Refine what the search found; where nothing better is admissible, that is what comes back.
 
     Args:
         problem: as given to the search.
         found: its result; what is not feasible is returned as it is.
         rounds: quadratic programs at most.
+        late: says whether there is no time for another one; None: there always is.
     """
     best = PolishedPath(path=found.path, cost=found.cost, risk=found.risk, rounds=0)
     if not found.feasible:
@@ -52,6 +56,8 @@ def polish(problem: PlanningProblem, found: SearchResult, *, rounds: int = 2) ->
     settings.eps_abs = settings.eps_rel = 1e-6
     settings.max_iter = 40
     for _ in range(rounds):
+        if late is not None and late():
+            return best
         moved = _solution(solver, problem, best.path, found.maps, least_gain=1e-4 * abs(best.cost))
         better = None if moved is None else _accepted(problem, best, moved)
         if better is None:
