@@ -216,7 +216,7 @@ def test_what_lies_outside_a_raster_is_no_slope(generator, d, compiled):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_program_falls_as_the_objective_does(seed):
-    """At full speed past somebody: from every step, in every direction that leaves the person no nearer than before."""
+    """At full speed past somebody: the slope at every step and along every axis, by finite differences."""
     rng = np.random.default_rng(seed)
     there = person(horizon=4, position=(1.6, rng.uniform(0.9, 1.4)), heading=rng.uniform(-3, 3), spread=True)
     given = PlanningProblem(

@@ -36,6 +36,15 @@ def goal_costs(points: FloatArray, goal: FloatArray, weight: FloatArray, squared
 
 
 @njit(cache=True, error_model="numpy")
+def stands_during(path: FloatArray, k: int) -> bool:
+    """Whether step k of `path` (N+1, d) m leads nowhere."""
+    moved = 0.0
+    for a in range(path.shape[1]):
+        moved += abs(path[k + 1, a] - path[k, a])
+    return moved == 0.0
+
+
+@njit(cache=True, error_model="numpy")
 def motion_cost(
     path: FloatArray,
     at_goal: FloatArray,
@@ -68,16 +77,14 @@ def motion_cost(
     total = terminal * float(at_goal[steps - 1])
     for k in range(steps):
         moved = 0.0
-        standing = True
         for a in range(path.shape[1]):
             speed = (path[k + 1, a] - path[k, a]) / time_step
             moved += effort[a] * speed * speed
-            standing = standing and speed == 0.0
         charged = soft * (risk[2 * k] + risk[2 * k + 1])
         for n in range(2 * k, 2 * k + 2):
             if risk[n] > limit:
                 charged += steep[k] * (risk[n] - limit)
-        total += at_goal[k] + moved + (standing_share if standing else 1.0) * share * charged
+        total += at_goal[k] + moved + (standing_share if stands_during(path, k) else 1.0) * share * charged
     return total
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sidestep._kernels.path_costs import half_instants
+from sidestep._kernels.path_costs import half_instants, stands_during
 from sidestep._kernels.program import goal_model, half_planes, objective
 from sidestep._kernels.search_corridor import corridor, soft_slope
 from sidestep.types import FloatArray, IntArray
@@ -126,18 +126,9 @@ def _among_risk(
     room, slope, level = corridor(cells, rays, REACH, active, values, starts, some, low, size, limit)
     paid = np.ones(steep.size)
     for k in range(steep.size):
-        if _stands(path, k):
+        if stands_during(path, k):
             paid[k] = standing_share
     return room * spacing, soft_slope(slope, level, soft, steep, limit, paid, d)
-
-
-@njit(cache=True, error_model="numpy")
-def _stands(path: FloatArray, k: int) -> bool:
-    """Whether step k of `path` (N+1, d) m leads nowhere."""
-    moved = 0.0
-    for a in range(path.shape[1]):
-        moved += abs(path[k + 1, a] - path[k, a])
-    return moved == 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -177,7 +168,7 @@ def part_way(path: FloatArray, moved: FloatArray, part: float) -> FloatArray:
     """
     out, d = path.copy(), path.shape[1]
     for k in range(path.shape[0] - 1):
-        stands = _stands(path, k)
+        stands = stands_during(path, k)
         for a in range(d):
             out[k + 1, a] = out[k, a] if stands else path[k + 1, a] + part * (moved[k * d + a] - path[k + 1, a])
     return out

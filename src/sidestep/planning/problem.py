@@ -149,12 +149,12 @@ class PlanningProblem:
             total = straight_motion_cost(path, self.goal, self.goal_weights, squared, *beyond)
         else:
             total = motion_cost(path, self.goal_costs(path[1:]), *beyond)
-        if self.preferred is not None:
-            off = (path[1] - path[0]) / self.time_step - self.preferred
-            total += self.preference_weight * math.hypot(*off.tolist()) ** 2
-        if not self.graded:
+        if self.preferred is None and not self.graded:
             return total
-        return total + float(self.first_step_costs((path[1:2] - path[:1]) / self.time_step)[0])
+        first = (path[1:2] - path[:1]) / self.time_step
+        if self.preferred is not None:
+            total += float(self.preference_costs(first)[0])
+        return total + float(self.first_step_costs(first)[0]) if self.graded else total
 
     @property
     def largest_change(self) -> float:
