@@ -77,6 +77,29 @@ def test_what_is_asked_leads_along_the_plan(base, angle, share):
         assert path[-1] == pytest.approx(mean * STEP, abs=2e-3)
 
 
+@given(
+    base=bases, angle=st.floats(0, 2 * math.pi), share=st.floats(0, 1), top=st.floats(0.1, 1.0),
+    shape=st.sampled_from(["box", "disc"]),
+)  # fmt: skip
+@options(max_examples=100, deadline=None)
+def test_what_is_asked_is_cut_to_the_top_speed_without_turning_it(base, angle, share, top, shape):
+    robot = Holonomic(max_speed=top, shape=shape)
+    velocity = robot.limited(base.velocity)
+    mean = robot.limited(velocity + share * base.largest_change * np.array([math.cos(angle), math.sin(angle)]))
+    limited = replace(base, velocity=velocity, top_speed=top, shape=shape)
+    asked = limited.asked(mean[None])[0]
+    assert robot.limited(asked) == pytest.approx(asked, abs=1e-9)
+    free = replace(limited, top_speed=math.inf).asked(mean[None])[0]
+    shares = np.linspace(0.0, 1.0, 2001)[:, None]
+    line = mean + shares * (free - mean)
+    allowed = [math.dist(robot.limited(point), point) < 1e-9 for point in line]
+    last = np.flatnonzero(allowed)[-1]  # as far on the way to what would be asked without a limit as there is room
+    assert asked == pytest.approx(line[last], abs=1e-3 * (1.0 + np.linalg.norm(free - mean)))
+    path = driven(limited, asked, STEP, STEP)
+    planned = mean * np.linspace(0, STEP, len(path))[:, None]
+    assert np.linalg.norm(path - planned, axis=1).max() <= LAG + 2e-3
+
+
 @given(base=bases)
 @options(max_examples=40, deadline=None)
 def test_a_stop_is_never_turned_into_a_way_back(base):

@@ -168,6 +168,8 @@ class Situation:
             acceleration=acceleration,
             time_step=self.settings.time_step,
             interval=self.around.interval,
+            top_speed=self.robot.planning_speed,
+            shape=self.robot.shape,
         )
 
     def standing(self) -> Path:

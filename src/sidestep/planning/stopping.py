@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -20,12 +21,15 @@ class Inertia:
     Attributes:
         velocity: (d,) m/s now; acceleration: m/s² at most (> 0).
         time_step: s, ΔT; interval: s until the next call, ≤ ΔT, before which nothing new can be asked.
+        top_speed: m/s that can be asked for; shape: of every axis ("box") or of the norm ("disc").
     """
 
     velocity: Vector
     acceleration: float
     time_step: float
     interval: float
+    top_speed: float = math.inf
+    shape: Literal["box", "disc"] = "disc"
 
     @property
     def largest_change(self) -> float:
@@ -55,7 +59,8 @@ class Inertia:
 
         While the base ramps it is behind. Asked for the mean itself it ends up change²/(2·a) short of the plan; to be
         there it must be asked for a change c with c − c²/(2·a·ΔT) = change. It is, but for what would turn a stop into
-        a way back: the lag is then smaller than that of asking for the mean, and the base does not swing.
+        a way back: the lag is then smaller than that of asking for the mean, and the base does not swing. Nor is more
+        asked for than the top speed: beyond it the base would cut it down and turn elsewhere.
         """
         change = means - self.velocity
         size = _norms(change)
@@ -63,7 +68,20 @@ class Inertia:
         full = most * (1.0 - np.sqrt(np.maximum(1.0 - 2.0 * size / most, 0.0)))
         more = change * (np.maximum(full - size, 0.0) / np.maximum(size, 1e-12))[:, None]  # beyond the means
         slowest = -(means * more).sum(axis=1) / np.maximum(np.square(more).sum(axis=1), 1e-24)
-        return means + more * np.where((slowest >= 0.0) & (slowest < 1.0), slowest, 1.0)[:, None]
+        share = np.where((slowest >= 0.0) & (slowest < 1.0), slowest, 1.0)
+        return means + more * np.minimum(share, self._room(means, more))[:, None]
+
+    def _room(self, means: FloatArray, more: FloatArray) -> FloatArray:
+        """(M,) the largest shares of `more` (M, d) m/s that may be added to `means` within the top speed."""
+        if self.top_speed == math.inf:
+            return np.ones(len(means))
+        if self.shape == "box":
+            left = self.top_speed - np.sign(more) * means  # m/s, per axis
+            shares = np.where(more == 0.0, np.inf, left / np.maximum(np.abs(more), 1e-12))
+            return np.maximum(shares.min(axis=1), 0.0)
+        along, size = (means * more).sum(axis=1), np.maximum(np.square(more).sum(axis=1), 1e-24)
+        left = np.maximum(self.top_speed**2 - np.square(means).sum(axis=1), 0.0)
+        return np.maximum((np.sqrt(along**2 + size * left) - along) / size, 0.0)
 
     def hardest_stop(self) -> Vector:
         """Return (d,) m/s, the mean velocity over the first step of the hardest braking within `largest_change`."""
