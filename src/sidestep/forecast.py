@@ -18,7 +18,7 @@ from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.occupancy import Occupancy, Prediction, Workspace
 from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
-from sidestep.types import FloatArray, IntArray, Path, Vector
+from sidestep.types import FloatArray, IntArray, Path, Vector, sealed
 
 _SAME = 1e-6  # m; motions closer than this induce the same prediction
 
@@ -102,7 +102,7 @@ def _numbered(counts: tuple[int, ...]) -> IntArray:
 
 
 def _joined(arrays: Sequence[FloatArray]) -> FloatArray:
-    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
+    return arrays[0] if len(arrays) == 1 else sealed(np.concatenate(arrays))
 
 
 def foresee(

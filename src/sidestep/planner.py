@@ -6,13 +6,14 @@ import logging
 import math
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from functools import lru_cache
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from sidestep import minds
+from sidestep import minds, rehearsal
 from sidestep.crew import Crew
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.exits import exits
@@ -28,7 +29,7 @@ from sidestep.planning.pace import Pace
 from sidestep.planning.plan import Plan, stopped_plan
 from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
-from sidestep.robots import DifferentialDrive, Holonomic, RobotState
+from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
 from sidestep.types import FloatArray, Vector, VectorLike, finite, frozen_array, sealed, settled
@@ -78,6 +79,15 @@ class Planner:
         self._was: tuple[float, Vector] | None = None  # s and m, the reference at the last call
         self._asked: tuple[float, Vector] | None = None  # s and m/s, what the last call asked for, unless a stop
         self.goal = goal
+        if self.settings.deadline is not None:
+            self.warm_up()
+
+    def warm_up(self) -> None:
+        """Compile and load all that planning needs, which takes seconds once per process, before a call that counts.
+
+        Done by itself where there is a deadline: the first calls would be late.
+        """
+        _rehearsed(self.robot, self.human, self.settings, self.goal.size, self.obstacles is not None)
 
     @property
     def goal(self) -> Vector:
@@ -281,6 +291,19 @@ class Planner:
             reason=reason,
             duration=perf_counter() - started,
         )
+
+
+@lru_cache(maxsize=64)
+def _rehearsed(robot: Robot, human: HumanModel, settings: PlannerSettings, dimension: int, walled: bool) -> None:
+    """Plan past people who do not exist, once in a process for every kind of world."""
+    walls = rehearsal.walls() if walled else None
+    most = (settings.horizon,) if settings.deadline is None else rehearsal.HORIZONS
+    for horizon in {min(n, settings.horizon) for n in most}:
+        unhurried = replace(settings, deadline=None, horizon=horizon)
+        goal = rehearsal.goal(dimension)
+        double = Planner(robot=robot, goal=goal, human=human, obstacles=walls, settings=unhurried)
+        for time, state, people in rehearsal.calls(robot, dimension):
+            double.step(time=time, robot=state, people=people)
 
 
 def _placed(human: HumanModel, obstacles: Obstacles | None) -> HumanModel:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+    from sidestep.io.checkpoints import Checkpoints
     from sidestep.simulation.scenario import Scenario
 
 LABELS = ("paper-printed", "paper-authors", "lab-printed", "lab-meeting")
@@ -70,7 +71,7 @@ def make(
         "claims": table,
         "grid": grid,
         "figures": [str(f) for f in figures],
-        "seconds": perf_counter() - began,
+        "seconds": _spent(Checkpoints(out), perf_counter() - began),
         "quick": quick,
     }
     with written(out / "results.json") as file:
@@ -78,6 +79,14 @@ def make(
     if page is not None:
         write_page(result, figures, page)
     return result
+
+
+def _spent(store: Checkpoints, seconds: float) -> float:
+    """Seconds of this run and of those of the same program that finished in this folder before."""
+    name = "seconds"
+    spent = float(store.load(name) or 0.0) + seconds
+    store.keep(name, spent)
+    return spent
 
 
 def _replays(data: Path | None, bases: dict[str, Scenario]) -> list[tuple[str, Any, Any]]:

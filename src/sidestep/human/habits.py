@@ -14,7 +14,7 @@ import numpy as np
 
 from sidestep._kernels import habits as kernel
 from sidestep.human.habit_settings import ClassTables, HabitSettings, class_tables
-from sidestep.types import FloatArray, Vector, VectorLike, finite
+from sidestep.types import FloatArray, Vector, VectorLike, finite, sealed
 
 _SETTLES = 40  # observations after which the filter has forgotten its start
 _ROWS = 40  # remembered instants; more than `window / gap`
@@ -238,7 +238,12 @@ def _standing(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray)
 def _usable(covariance: FloatArray | None, d: int, sigma: float) -> FloatArray:
     """Return `covariance` (+ 1 mm²) when finite and of no negative variance, else the isotropic one of `sigma`."""
     given = covariance is not None and covariance.shape == (d, d)
-    return kernel.usable(covariance if given and covariance is not None else np.full((d, d), np.nan), sigma)
+    return kernel.usable(covariance if given and covariance is not None else _unknown(d), sigma)
+
+
+@lru_cache(maxsize=3)
+def _unknown(d: int) -> FloatArray:
+    return sealed(np.full((d, d), np.nan))
 
 
 def _frozen(

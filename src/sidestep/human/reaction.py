@@ -17,7 +17,7 @@ import numpy as np
 from sidestep._kernels.closest import closest_approach
 from sidestep.errors import InvalidInput
 from sidestep.human.habits import Habits
-from sidestep.types import Path, Vector
+from sidestep.types import Path, Vector, sealed
 
 _EVER = 0.01  # share of those who never show that they mind
 
@@ -140,7 +140,7 @@ class Facing:
         if present is None or not self.courses or time - self.courses[0].time <= 1e-6:
             return None
         old = self.courses[0]
-        then = old.position + (time - old.time) * old.velocity
+        then = sealed(old.position + (time - old.time) * old.velocity)
         was, when = self._nearest(then, old.velocity, time, s.ahead)
         now, _ = self._nearest(habits.position, present, time, s.ahead)
         habitual = s.doubt + s.doubt_rate * when

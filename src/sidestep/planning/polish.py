@@ -103,8 +103,8 @@ def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> tuple[Fl
     directions = _directions(d)
     walls = _NO_ROOM if problem.obstacles is None else _wall_room(problem, path, directions, maps.spacing)
     model = _NO_MODEL if problem.distance_to_goal is None else _goal_model(problem, path)
-    preferred = path[0] if problem.preferred is None else problem.preferred
-    velocity = path[0] if problem.inertia is None else problem.inertia.velocity
+    preferred = problem.start if problem.preferred is None else problem.preferred
+    velocity = problem.start if problem.inertia is None else problem.inertia.velocity
     limit = 0.5 if problem.rule == "cells" else problem.risk_limit
     rows, planes = program_around(
         path, maps.spacing, directions,

@@ -43,7 +43,8 @@ class PlannerSettings:
         search_resolution: robot lattice cells per step at full speed, K; None chooses by horizon and dimension.
         timeout: s without any observation of people after which the planner stops.
         memory: s for which a person who is no longer seen is still predicted.
-        deadline: s, wall clock, within which `step` returns; None: no deadline.
+        deadline: s, wall clock, within which `step` returns; None: no deadline. With one, `Planner.warm_up` is called
+            when the planner is made.
         threads: that predict people side by side (≥ 1); the predictions are the same for any number. One by default:
             what else runs on a robot wants the other cores.
         signal_belief: P(concerned) below which a danger signal is asked for; None: never (method §7).
