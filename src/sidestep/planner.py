@@ -82,12 +82,17 @@ class Planner:
         if self.settings.deadline is not None:
             self.warm_up()
 
-    def warm_up(self) -> None:
+    def warm_up(self, *, walled: bool | None = None) -> None:
         """Compile and load all that planning needs, which takes seconds once per process, before a call that counts.
 
         Done by itself where there is a deadline: the first calls would be late.
+
+        Args:
+            walled: whether there will be a map; None: as there is one now.
         """
-        _rehearsed(self.robot, self.human, self.settings, self.goal.size, self.obstacles is not None)
+        human = replace(self.human, goals=(), speed_range=tuple(self.human.speed_range))  # where to makes no difference
+        walled = self.obstacles is not None if walled is None else walled
+        _rehearsed(self.robot, human, self.settings, self.goal.size, walled)
 
     @property
     def goal(self) -> Vector:
@@ -296,7 +301,7 @@ class Planner:
 @lru_cache(maxsize=64)
 def _rehearsed(robot: Robot, human: HumanModel, settings: PlannerSettings, dimension: int, walled: bool) -> None:
     """Plan past people who do not exist, once in a process for every kind of world."""
-    walls = rehearsal.walls() if walled else None
+    walls = rehearsal.walls(robot) if walled else None
     most = (settings.horizon,) if settings.deadline is None else rehearsal.HORIZONS
     for horizon in {min(n, settings.horizon) for n in most}:
         unhurried = replace(settings, deadline=None, horizon=horizon)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from sidestep.human.observation import PersonObservation
+from sidestep.human.policy import NEAR_FROM
 from sidestep.obstacles import Obstacles
+from sidestep.prediction.ground import SINGLE_FROM
 from sidestep.robots import Robot, RobotState
 from sidestep.types import Vector
 
@@ -15,7 +18,7 @@ GOAL = 8.0
 """m ahead of the robot."""
 PERIOD = 0.4
 """s between two calls."""
-HORIZONS = (4, 15, 30)
+HORIZONS = (4, math.ceil(math.sqrt(SINGLE_FROM)), math.ceil(math.sqrt(NEAR_FROM)))
 """Steps from which on other kernels are used: values of lower precision, sweeps of where the robot matters alone."""
 
 _CROSSING, _HEAD_ON, _CLOSE = ((1.8, 0.9), (0.0, -1.0)), ((5.0, 0.1), (-1.0, 0.0)), ((0.4, 0.1), (0.0, 0.0))
@@ -33,9 +36,10 @@ def goal(dimension: int) -> Vector:
     return _along((GOAL, 0.0), dimension)
 
 
-def walls() -> Obstacles:
-    """Return a map beside the robot's way."""
-    return Obstacles(polygons=[[(0.5, 1.2), (3.5, 1.2), (3.5, 1.4), (0.5, 1.4)]])
+def walls(robot: Robot) -> Obstacles:
+    """Return a map beside the robot's way, however wide it is."""
+    near, far = robot.planning_radius + 0.9, robot.planning_radius + 1.1
+    return Obstacles(polygons=[[(0.5, near), (3.5, near), (3.5, far), (0.5, far)]])
 
 
 def calls(robot: Robot, dimension: int) -> Iterator[tuple[float, RobotState, list[PersonObservation]]]:
