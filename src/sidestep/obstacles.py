@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from sidestep._kernels.walls import PAD, free_points, free_segments, wall_distances
+from sidestep.checks import Checks, of_kind
 from sidestep.errors import InvalidInput
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray, VectorLike
@@ -42,10 +43,18 @@ class OccupancyGrid:
     yaw: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.occupied.ndim != 2 or self.occupied.size == 0:
-            raise InvalidInput("obstacles.grid.occupied", self.occupied.shape, "a non-empty 2-D array")
-        if not (math.isfinite(self.resolution) and self.resolution > 0):
-            raise InvalidInput("obstacles.grid.resolution", self.resolution, "a number > 0 (m)")
+        check = Checks(self, "obstacles.grid")
+        try:
+            occupied = np.array(self.occupied, dtype=np.bool_, order="C")
+        except (TypeError, ValueError):
+            occupied = np.zeros(0, dtype=np.bool_)
+        if occupied.ndim != 2 or occupied.size == 0:
+            raise check.wrong("occupied", "a non-empty 2-D array of true and false")
+        occupied.setflags(write=False)
+        object.__setattr__(self, "occupied", occupied)
+        check.numbers("resolution", above=0.0, unit="m")
+        check.listed("origin", count=2)
+        check.numbers("yaw", unit="rad")
 
     def corners(self) -> FloatArray:
         """Return the (4, 2) m outer corners."""
@@ -72,6 +81,7 @@ class Obstacles:
     def __init__(
         self, *, polygons: Sequence[FloatArray | Sequence[VectorLike]] = (), grid: OccupancyGrid | None = None
     ) -> None:
+        of_kind("obstacles.grid", grid, OccupancyGrid, optional=True)
         self.polygons = tuple(_polygon(p, i) for i, p in enumerate(polygons))
         self.grid = grid
 
@@ -129,7 +139,7 @@ class Obstacles:
             return segments, np.zeros((0, 0), dtype=np.bool_), np.zeros(5), np.zeros((0, 0))
         from scipy.ndimage import distance_transform_edt
 
-        cells = np.ascontiguousarray(self.grid.occupied)
+        cells = self.grid.occupied
         sizes = np.full(cells.shape, float(sum(cells.shape)))
         if cells.any():
             outside = np.asarray(distance_transform_edt(~cells))
@@ -154,9 +164,12 @@ class Obstacles:
 
 
 def _polygon(corners: FloatArray | Sequence[VectorLike], index: int) -> FloatArray:
-    array = np.array(corners, dtype=np.float64)
+    try:
+        array = np.array(corners, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.zeros((0, 2))
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2 or not np.isfinite(array).all():
-        raise InvalidInput(f"obstacles.polygons[{index}]", array.shape, "at least 2 finite corners (V, 2) m")
+        raise InvalidInput(f"obstacles.polygons[{index}]", corners, "at least 2 finite corners (V, 2) m")
     array.setflags(write=False)
     return array
 

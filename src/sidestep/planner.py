@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from sidestep import minds, rehearsal
+from sidestep.checks import numbers_in, of_kind
 from sidestep.crew import Crew
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.exits import exits
@@ -63,6 +64,10 @@ class Planner:
         settings: PlannerSettings | None = None,
         **changes: Any,
     ) -> None:
+        of_kind("planner.robot", robot, Holonomic, DifferentialDrive)
+        of_kind("planner.human", human, HumanModel, optional=True)
+        of_kind("planner.obstacles", obstacles, Obstacles, optional=True)
+        of_kind("planner.settings", settings, PlannerSettings, optional=True)
         self.robot = robot
         self.human = _placed(HumanModel() if human is None else human, obstacles)
         self.obstacles = obstacles or None  # a map without walls is no map
@@ -101,9 +106,13 @@ class Planner:
 
     @goal.setter
     def goal(self, value: VectorLike) -> None:
-        goal = frozen_array(value)
-        if goal.ndim != 1 or goal.size not in (1, 2, 3) or not np.isfinite(goal).all():
-            raise InvalidInput("planner.goal", list(np.atleast_1d(goal)), "1, 2 or 3 finite numbers (m)")
+        goal = frozen_array(numbers_in(value))
+        if goal.size not in (1, 2, 3):
+            raise InvalidInput("planner.goal", value, "1, 2 or 3 finite numbers (m)")
+        if goal.size != 2 and isinstance(self.robot, DifferentialDrive):
+            raise InvalidInput("planner.goal", value, "2 finite numbers (m) for a differential drive")
+        if goal.size == 1 and self.obstacles is not None:
+            raise InvalidInput("planner.goal", value, "2 or 3 finite numbers (m) where there is a map")
         for name in ("goal_weight", "effort_weight"):
             weight = getattr(self.settings, name)
             if isinstance(weight, tuple) and len(weight) != goal.size:
@@ -153,6 +162,8 @@ class Planner:
 
     def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
         """Say why nothing can be planned, or ''. Keeps the clock."""
+        if not _is_state(robot):
+            return f"robot is a {type(robot).__name__}, not a RobotState"
         if not math.isfinite(time):
             return f"time is {time}"
         if time < self._time:
@@ -190,9 +201,7 @@ class Planner:
     def _situation(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Situation:
         """Gather what this call starts from."""
         settings = self.settings
-        wanted = None if wish is None else frozen_array(wish)
-        if wanted is not None and (wanted.shape != self.goal.shape or not np.isfinite(wanted).all()):
-            wanted = None
+        wanted = frozen_array(numbers_in(wish))
         state = self._under_way(time, robot)
         horizon = settings.horizon if settings.deadline is None else self._pace.horizon(settings)
         around = circumstances(
@@ -216,7 +225,7 @@ class Planner:
             crew=self._crew,
             outlook=self._outlook,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
-            wish=wanted,
+            wish=wanted if wanted.size == self.goal.size else None,
             velocity=self._velocity(time, state),
         )
 
@@ -287,7 +296,8 @@ class Planner:
     def _stopped(self, time: float, robot: RobotState, reason: str, started: float) -> Plan:
         """The last rung: stand still, and say why."""
         d = self.goal.size
-        here = robot.position if robot.position.shape == (d,) and np.isfinite(robot.position).all() else np.zeros(d)
+        known = _is_state(robot) and robot.position.shape == (d,) and finite(robot.position)
+        here = robot.position if known else np.zeros(d)
         return stopped_plan(
             time=time,
             here=here,
@@ -296,6 +306,11 @@ class Planner:
             reason=reason,
             duration=perf_counter() - started,
         )
+
+
+def _is_state(robot: object) -> bool:
+    """Whether it is what `step` asks for: what is none must not leave the robot with an old command."""
+    return isinstance(robot, RobotState)
 
 
 @lru_cache(maxsize=64)

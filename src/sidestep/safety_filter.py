@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sidestep.checks import numbers_in
 from sidestep.human.observation import PersonObservation
 from sidestep.planner import Planner
 from sidestep.planning.plan import Plan
@@ -58,8 +59,8 @@ class SafetyFilter:
             velocity: (d,) m/s wanted, of the point that planning moves. What is not finite counts as zero.
             time: s; robot: as measured; people: seen now, [] for nobody, None for no data.
         """
-        wanted = np.array(velocity, dtype=np.float64)
-        if wanted.shape != self.planner.goal.shape or not np.isfinite(wanted).all():
+        wanted = np.array(numbers_in(velocity))
+        if wanted.size != self.planner.goal.size:
             wanted = np.zeros_like(self.planner.goal)
         plan = self.planner.step(time=time, robot=robot, people=people, wish=wanted)
         change = float(np.linalg.norm(plan.velocity - wanted))

@@ -26,10 +26,12 @@ VectorLike = Sequence[float] | NDArray[np.float64]
 """What callers may pass where a `Vector` is stored."""
 
 Frame = Literal["world", "heading"]
+GoalCost = Literal["squared", "distance"]
 DangerDecay = Literal["distance", "squared_distance"]
 Evidence = Literal["action", "clearance"]
 AwarenessOverHorizon = Literal["persistent", "resampled"]
 RiskRule = Literal["cells", "mass", "trajectory"]
+Shape = Literal["box", "disc"]
 Status = Literal["certified", "least_risk", "stopped"]
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
-from sidestep.errors import InvalidInput
+from sidestep.checks import Checks
 from sidestep.types import FloatArray, IntArray, frozen_array
 
 
@@ -86,21 +85,20 @@ class HabitSettings:
     __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
 
     def __post_init__(self) -> None:
-        for name in ("acceleration_density", "measurement_noise", "unknown_speed", "prior_width",
-                     "standing_width", "window", "spacing",
-                     "freedom", "change_time", "counts_before", "mean_time", "extrapolation_time", "top_speed_time",
-                     "time_out", "top_speed"):  # fmt: skip
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise InvalidInput(f"habits.{name}", getattr(self, name), "a finite number > 0")
-        if not (math.isfinite(self.slowing_time) and self.slowing_time >= 0):
-            raise InvalidInput("habits.slowing_time", self.slowing_time, "a finite number ≥ 0")
-        if not self.scales or min(self.scales) <= 0:
-            raise InvalidInput("habits.scales", self.scales, "one or more numbers > 0")
-        if not 0 < self.forgetting <= 1:
-            raise InvalidInput("habits.forgetting", self.forgetting, "more than 0, at most 1")
-        for name in ("walking_modes", "standing_modes"):
-            if min(getattr(self, name)) <= 0:
-                raise InvalidInput(f"habits.{name}", getattr(self, name), "three numbers > 0")
+        check = Checks(self, "human.habits")
+        check.numbers("acceleration_density", "measurement_noise", "unknown_speed", "prior_width", "standing_width",
+                      "window", "spacing", "freedom", "change_time", "counts_before", "mean_time",
+                      "extrapolation_time", "top_speed_time", "time_out", "top_speed", above=0.0)  # fmt: skip
+        check.numbers("floor", "habitual_noise", "walking_exponent", "standing_exponent", "standing_speed", "tempering",
+                      "change_speed", "changed_before", "slowing_time", "gap", least=0.0)  # fmt: skip
+        check.numbers("prior_class", "standing_class", "extrapolation")
+        check.numbers("forgetting", above=0.0, most=1.0)
+        check.listed("scales", above=0.0)
+        check.listed("walking_modes", count=3, above=0.0)
+        check.listed("standing_modes", count=3, above=0.0)
+        low, high = check.listed("randomness_range", count=2, least=0.0)
+        if not low <= high <= 1.0:
+            raise check.wrong("randomness_range", "0 ≤ low ≤ high ≤ 1")
 
 
 _CONSTANTS = (

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
-from sidestep.errors import InvalidInput
+from sidestep.checks import Checks, numbers_in
 from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.reaction import ReactionSettings
-from sidestep.types import AwarenessOverHorizon, DangerDecay, Evidence, Frame
+from sidestep.types import AwarenessOverHorizon, DangerDecay, Evidence, Frame, GoalCost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +62,7 @@ class HumanModel:
     horizon: int | None = None
     frame: Frame = "heading"
     speed_range: tuple[float, float] = (1.0, 2.5)
-    goal_cost: Literal["squared", "distance"] = "distance"
+    goal_cost: GoalCost = "distance"
     goal_weight: float | tuple[float, ...] = 1.0
     effort_weight: float | tuple[float, ...] = 0.05
     danger_weight: float = 6.0
@@ -94,43 +95,39 @@ class HumanModel:
         return () if isinstance(self.goals, str) else self.goals
 
     def __post_init__(self) -> None:
-        _positive("walking_speed", self.walking_speed)
-        if self.reach < 1:
-            raise InvalidInput("human.reach", self.reach, "an integer ≥ 1")
-        if self.horizon is not None and self.horizon < 0:
-            raise InvalidInput("human.horizon", self.horizon, "an integer ≥ 0, or none for the planner's horizon")
-        low, high = self.speed_range
-        if not (0 < low <= high < math.inf):
-            raise InvalidInput("human.speed_range", self.speed_range, "0 < low ≤ high (m/s)")
-        for name in ("goal_weight", "effort_weight"):
-            weight = getattr(self, name)
-            for w in weight if isinstance(weight, tuple) else (weight,):
-                _at_least_zero(name, w)
-        for name in (
-            "danger_weight",
-            "danger_rate",
-            "repulsion_weight",
-            "repulsion_rate",
-            "perception_noise",
-            "switch_rate",
-            "measurement_noise",
-            "action_noise",
-        ):
-            _at_least_zero(name, getattr(self, name))
-        if not 0 <= self.randomness <= 1:
-            raise InvalidInput("human.randomness", self.randomness, "0 to 1")
-        if not self.rationality > 0:
-            raise InvalidInput("human.rationality", self.rationality, "a number > 0, or inf")
-        if not 0 < self.prior_concerned < 1:
-            raise InvalidInput("human.prior_concerned", self.prior_concerned, "strictly between 0 and 1")
-        _positive("radius", self.radius)
+        check = Checks(self, "human")
+        check.numbers("walking_speed", above=0.0, unit="m/s")
+        check.integers("reach", least=1)
+        check.integers("horizon", least=0, optional=True, mend="none is the planner's horizon")
+        check.words("frame", Frame)
+        low, high = check.listed("speed_range", count=2, above=0.0)
+        if low > high:
+            raise check.wrong("speed_range", "0 < low ≤ high (m/s)")
+        check.words("goal_cost", GoalCost)
+        check.weights("goal_weight", "effort_weight")
+        check.numbers("danger_weight", "danger_rate", "repulsion_weight", "repulsion_rate", least=0.0)
+        check.words("danger_decay", DangerDecay)
+        check.numbers("perception_noise", "measurement_noise", least=0.0, unit="m")
+        check.numbers("randomness", least=0.0, most=1.0)
+        if not (isinstance(self.rationality, float) and self.rationality == math.inf):
+            check.numbers("rationality", above=0.0, unit="or inf")
+        check.words("awareness_over_horizon", AwarenessOverHorizon)
+        check.numbers("prior_concerned", above=0.0, below=1.0)
+        check.numbers("switch_rate", least=0.0, unit="1/s")
+        check.numbers("action_noise", least=0.0, unit="m/s")
+        object.__setattr__(self, "goals", _goals(self.goals, check))
+        check.numbers("radius", above=0.0, unit="m")
+        check.flags("motion_filter", "steadiness", "online_randomness")
+        check.kind("habits", HabitSettings)
+        check.words("evidence", Evidence)
+        check.kind("reaction", ReactionSettings)
 
 
-def _at_least_zero(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value >= 0):
-        raise InvalidInput(f"human.{name}", value, "a finite number ≥ 0")
-
-
-def _positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0):
-        raise InvalidInput(f"human.{name}", value, "a finite number > 0")
+def _goals(given: object, check: Checks) -> tuple[tuple[float, ...], ...] | Literal["exits"]:
+    """Candidate goals as tuples."""
+    if isinstance(given, str) and given == "exits":
+        return "exits"
+    places = tuple(map(numbers_in, given)) if isinstance(given, Iterable) and not isinstance(given, str) else ((),)
+    if not all(len(place) in (1, 2, 3) and len(place) == len(places[0]) for place in places):
+        raise check.wrong("goals", "places of 1, 2 or 3 finite numbers (m), all of as many; or exits")
+    return places

@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from sidestep._kernels.closest import closest_approach
-from sidestep.errors import InvalidInput
+from sidestep.checks import Checks
 from sidestep.human.habits import Habits
 from sidestep.types import Path, Vector, sealed
 
@@ -59,14 +59,10 @@ class ReactionSettings:
     __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
 
     def __post_init__(self) -> None:
-        for name in ("margin", "ahead", "pace_time", "window", "gained", "doubt", "freedom"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise InvalidInput(f"human.reaction.{name}", getattr(self, name), "a finite number > 0")
-        for name in ("soonest", "slowest", "remembered", "doubt_rate"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
-                raise InvalidInput(f"human.reaction.{name}", getattr(self, name), "a finite number ≥ 0")
-        if not 0 < self.undecided < 1:
-            raise InvalidInput("human.reaction.undecided", self.undecided, "strictly between 0 and 1")
+        check = Checks(self, "human.reaction")
+        check.numbers("margin", "ahead", "pace_time", "window", "gained", "doubt", "freedom", above=0.0)
+        check.numbers("soonest", "slowest", "remembered", "doubt_rate", least=0.0)
+        check.numbers("undecided", above=0.0, below=1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

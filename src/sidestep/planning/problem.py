@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from sidestep.planning.geodesic import DistanceField
 from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
-from sidestep.types import BoolArray, FloatArray, Path, RiskRule, Vector, sealed
+from sidestep.types import BoolArray, FloatArray, GoalCost, Path, RiskRule, Shape, Vector, sealed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,8 +61,8 @@ class PlanningProblem:
     time_step: float
     horizon: int
     max_speed: float
-    shape: Literal["box", "disc"] = "box"
-    goal_cost: Literal["squared", "distance"] = "distance"
+    shape: Shape = "box"
+    goal_cost: GoalCost = "distance"
     goal_weight: float | tuple[float, ...] = 1.0
     effort_weight: float | tuple[float, ...] = 0.0
     terminal_weight: float = 0.0

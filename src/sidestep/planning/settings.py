@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
-from sidestep.errors import InvalidInput
-from sidestep.types import RiskRule
+from sidestep.checks import Checks
+from sidestep.types import GoalCost, RiskRule
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +56,7 @@ class PlannerSettings:
     risk_limit: float = 0.05
     clearance: float | None = None
     goal_weight: float | tuple[float, ...] = 1.0
-    goal_cost: Literal["squared", "distance"] = "distance"
+    goal_cost: GoalCost = "distance"
     effort_weight: float | tuple[float, ...] = 0.02
     acceleration_weight: float = 0.05
     soft_risk_weight: float = 6.0
@@ -77,42 +76,18 @@ class PlannerSettings:
     __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
 
     def __post_init__(self) -> None:
-        for name in ("time_step", "timeout"):
-            _within(name, getattr(self, name), "a finite number > 0 (s)", above=0.0)
-        for name in ("horizon", "rounds", "threads"):
-            _whole(name, getattr(self, name), "an integer ≥ 1")
-        if self.risk_rule not in ("cells", "mass", "trajectory"):
-            raise InvalidInput("planner.risk_rule", self.risk_rule, "cells, mass or trajectory")
-        if self.goal_cost not in ("squared", "distance"):
-            raise InvalidInput("planner.goal_cost", self.goal_cost, "squared or distance")
-        _within("risk_limit", self.risk_limit, "a probability in (0, 1]", above=0.0, most=1.0)
-        for name in ("goal_weight", "effort_weight"):
-            weight = getattr(self, name)
-            for w in weight if isinstance(weight, tuple) else (weight,):
-                _within(name, w, "a finite number ≥ 0", least=0.0)
-        for name in ("acceleration_weight", "soft_risk_weight", "memory"):
-            _within(name, getattr(self, name), "a finite number ≥ 0", least=0.0)
-        _within("least_randomness", self.least_randomness, "a probability, 0 to 1", least=0.0, most=1.0)
-        for name in ("clearance", "deadline", "recourse"):
-            if getattr(self, name) is not None:
-                _within(name, getattr(self, name), "a finite number > 0, or none", above=0.0)
-        for name in ("first_step_limit", "signal_belief"):
-            if getattr(self, name) is not None:
-                _within(name, getattr(self, name), "a probability in (0, 1], or none", above=0.0, most=1.0)
-        if self.search_resolution is not None:
-            _whole("search_resolution", self.search_resolution, "an integer ≥ 1, or none")
-
-
-def _whole(name: str, value: object, words: str) -> None:
-    if isinstance(value, float):
-        raise InvalidInput(f"planner.{name}", value, words)
-    _within(name, value, words, least=1)
-
-
-def _within(
-    name: str, value: object, words: str, *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf
-) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InvalidInput(f"planner.{name}", value, words)
-    if not (math.isfinite(value) and value > above and least <= value <= most):
-        raise InvalidInput(f"planner.{name}", value, words)
+        check = Checks(self, "planner")
+        check.numbers("time_step", "timeout", above=0.0, unit="s")
+        check.integers("horizon", "rounds", "threads", least=1)
+        check.words("risk_rule", RiskRule)
+        check.numbers("risk_limit", above=0.0, most=1.0)
+        check.words("goal_cost", GoalCost)
+        check.weights("goal_weight", "effort_weight")
+        check.numbers("acceleration_weight", "soft_risk_weight", least=0.0)
+        check.numbers("memory", least=0.0, unit="s")
+        check.numbers("least_randomness", least=0.0, most=1.0)
+        check.numbers("clearance", above=0.0, unit="m", optional=True)
+        check.numbers("deadline", "recourse", above=0.0, unit="s", optional=True)
+        check.numbers("first_step_limit", "signal_belief", above=0.0, most=1.0, optional=True)
+        check.integers("search_resolution", least=1, optional=True)
+        check.flags("midway", "polish")

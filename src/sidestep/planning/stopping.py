@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from sidestep.types import BoolArray, FloatArray, Vector
+from sidestep.types import BoolArray, FloatArray, Shape, Vector
 
 LAG = 0.05
 """m, how far a base of limited acceleration may stray from its plan within a step."""
@@ -29,7 +28,7 @@ class Inertia:
     time_step: float
     interval: float
     top_speed: float = math.inf
-    shape: Literal["box", "disc"] = "disc"
+    shape: Shape = "disc"
 
     @property
     def largest_change(self) -> float:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
+from sidestep.checks import Checks
 from sidestep.errors import InvalidInput
-from sidestep.robots.state import RobotState, checked_limit
-from sidestep.types import Vector, VectorLike
+from sidestep.robots.state import RobotState
+from sidestep.types import Shape, Vector, VectorLike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,16 +39,17 @@ class DifferentialDrive:
     control_period: float = 0.05
 
     def __post_init__(self) -> None:
-        checked_limit(self.max_speed, "robot.max_speed", "a number > 0 (m/s)")
-        checked_limit(self.max_turn_rate, "robot.max_turn_rate", "a number > 0 (rad/s)")
-        checked_limit(self.radius, "robot.radius", "a number > 0 (m)")
-        checked_limit(self.reference_offset, "robot.reference_offset", "a number > 0 (m), or none")
-        checked_limit(self.max_acceleration, "robot.max_acceleration", "a number > 0 (m/s²), or none")
-        checked_limit(self.max_turn_acceleration, "robot.max_turn_acceleration", "a number > 0 (rad/s²), or none")
-        checked_limit(self.control_period, "robot.control_period", "a number > 0 (s)")
+        check = Checks(self, "robot")
+        check.numbers("max_speed", above=0.0, unit="m/s")
+        check.numbers("max_turn_rate", above=0.0, unit="rad/s")
+        check.numbers("radius", above=0.0, unit="m")
+        check.numbers("reference_offset", above=0.0, unit="m", optional=True)
+        check.numbers("max_acceleration", above=0.0, unit="m/s²", optional=True)
+        check.numbers("max_turn_acceleration", above=0.0, unit="rad/s²", optional=True)
+        check.numbers("control_period", above=0.0, unit="s")
 
     @property
-    def shape(self) -> Literal["box", "disc"]:
+    def shape(self) -> Shape:
         """The admissible velocities of the reference form a disc."""
         return "disc"
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from sidestep.errors import InvalidInput
-from sidestep.robots.state import RobotState, checked_limit
-from sidestep.types import Vector, VectorLike, sealed
+from sidestep.checks import Checks
+from sidestep.robots.state import RobotState
+from sidestep.types import Shape, Vector, VectorLike, sealed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,15 +25,15 @@ class Holonomic:
 
     max_speed: float = 1.0
     radius: float = 0.3
-    shape: Literal["box", "disc"] = "box"
+    shape: Shape = "box"
     max_acceleration: float | None = None
 
     def __post_init__(self) -> None:
-        checked_limit(self.max_speed, "robot.max_speed", "a number > 0 (m/s)")
-        checked_limit(self.radius, "robot.radius", "a number > 0 (m)")
-        checked_limit(self.max_acceleration, "robot.max_acceleration", "a number > 0 (m/s²), or none")
-        if self.shape not in ("box", "disc"):
-            raise InvalidInput("robot.shape", self.shape, "'box' or 'disc'")
+        check = Checks(self, "robot")
+        check.numbers("max_speed", above=0.0, unit="m/s")
+        check.numbers("radius", above=0.0, unit="m")
+        check.numbers("max_acceleration", above=0.0, unit="m/s²", optional=True)
+        check.words("shape", Shape)
 
     @property
     def planning_speed(self) -> float:

@@ -1,11 +1,9 @@
-"""The robot, as measured now, and what its limits may be."""
+"""The robot, as measured now."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from sidestep.errors import InvalidInput
 from sidestep.types import Vector, VectorLike, settled
 
 
@@ -31,9 +29,3 @@ class RobotState:
         object.__setattr__(self, "position", settled(position))
         object.__setattr__(self, "heading", heading)
         object.__setattr__(self, "velocity", None if velocity is None else settled(velocity))
-
-
-def checked_limit(value: float | None, name: str, allowed: str) -> None:
-    """Raise InvalidInput unless `value` is None or a finite number > 0."""
-    if value is not None and not (math.isfinite(value) and value > 0):
-        raise InvalidInput(name, value, allowed)

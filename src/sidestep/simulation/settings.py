@@ -6,6 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from sidestep.types import Shape
+
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; `true` and "3" are not numbers."""
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
@@ -48,7 +50,7 @@ class RobotSettings(Settings):
     heading: Number | None = None
     max_speed: Positive = 1.0
     radius: Positive = 0.3
-    shape: Literal["box", "disc"] = "disc"
+    shape: Shape = "disc"
     max_acceleration: Positive | None = None
     max_turn_rate: Positive = 3.14
     max_turn_acceleration: Positive | None = None

@@ -1,0 +1,141 @@
+"""What the fields of a frozen value may hold: checked when it is made, and kept as what they are declared to be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from numbers import Integral, Real
+from typing import Any, get_args
+
+import numpy as np
+
+from sidestep.errors import InvalidInput
+
+
+class Checks:
+    """Checks fields of a frozen value that is being made (`__post_init__`), and settles what stands in them.
+
+    Numbers of NumPy become plain ones, and sequences tuples, so that the value can be compared, hashed and written.
+    A field that may be None says so with `optional`.
+
+    Args:
+        value: the frozen value.
+        prefix: before the name of each field in a complaint.
+    """
+
+    def __init__(self, value: object, prefix: str) -> None:
+        self._value = value
+        self._prefix = prefix
+
+    def numbers(
+        self,
+        *names: str,
+        above: float = -math.inf,
+        least: float = -math.inf,
+        below: float = math.inf,
+        most: float = math.inf,
+        unit: str = "",
+        optional: bool = False,
+    ) -> None:
+        """Finite numbers with above < x < below and least ≤ x ≤ most."""
+        allowed = f"a finite number{_bounds(above, least, below, most)}{_remark(unit, optional)}"
+        for name in names:
+            value = getattr(self._value, name)
+            if value is None and optional:
+                continue
+            number = _number(value)
+            if not (math.isfinite(number) and above < number < below and least <= number <= most):
+                raise self.wrong(name, allowed)
+            self._keep(name, value if type(value) in (int, float) else number)
+
+    def integers(self, *names: str, least: int, optional: bool = False, mend: str = "") -> None:
+        """Whole numbers ≥ `least`."""
+        for name in names:
+            value = getattr(self._value, name)
+            if value is None and optional:
+                continue
+            if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+                raise self.wrong(name, f"an integer ≥ {least}{_remark('', optional)}", mend)
+            self._keep(name, int(value))
+
+    def words(self, name: str, literal: Any) -> None:
+        """One of the words of a `Literal` type."""
+        known = get_args(literal)
+        value = getattr(self._value, name)
+        if not isinstance(value, str) or value not in known:
+            raise self.wrong(name, ", ".join(known[:-1]) + f" or {known[-1]}")
+
+    def flags(self, *names: str) -> None:
+        """True or False."""
+        for name in names:
+            value = getattr(self._value, name)
+            if not isinstance(value, bool | np.bool_):
+                raise self.wrong(name, "true or false")
+            self._keep(name, bool(value))
+
+    def kind(self, name: str, kind: type) -> None:
+        """An instance of a class."""
+        of_kind(f"{self._prefix}.{name}", getattr(self._value, name), kind)
+
+    def weights(self, *names: str) -> None:
+        """One number ≥ 0, or one per axis."""
+        for name in names:
+            value = getattr(self._value, name)
+            one, several = _number(value), numbers_in(value)
+            if not all(math.isfinite(x) and x >= 0.0 for x in several or (one,)):
+                raise self.wrong(name, "a finite number ≥ 0, or one per axis")
+            self._keep(name, several or (value if type(value) in (int, float) else one))
+
+    def listed(
+        self, name: str, *, count: int | None = None, above: float = -math.inf, least: float = -math.inf
+    ) -> tuple[float, ...]:
+        """Finite numbers with x > above and x ≥ least, `count` of them or any number ≥ 1; returned, too."""
+        value = getattr(self._value, name)
+        found = numbers_in(value)
+        if not found or len(found) != (count or len(found)) or not all(x > above and x >= least for x in found):
+            many = {None: "one or more", 2: "two", 3: "three"}.get(count, str(count))
+            raise self.wrong(name, f"{many} finite numbers{_bounds(above, least, math.inf, math.inf)}")
+        self._keep(name, found)
+        return found
+
+    def wrong(self, name: str, allowed: str, mend: str = "") -> InvalidInput:
+        """Return the complaint about one field."""
+        return InvalidInput(f"{self._prefix}.{name}", getattr(self._value, name), allowed, mend)
+
+    def _keep(self, name: str, value: object) -> None:
+        object.__setattr__(self._value, name, value)
+
+
+def of_kind(field: str, value: object, *kinds: type, optional: bool = False) -> None:
+    """Raise `InvalidInput` unless `value` is an instance of one of `kinds`, or None where it is optional."""
+    if not isinstance(value, kinds) and not (value is None and optional):
+        raise InvalidInput(field, value, " or ".join(kind.__name__ for kind in kinds) + _remark("", optional))
+
+
+def numbers_in(value: object) -> tuple[float, ...]:
+    """Return a sequence or (n,) array of finite numbers as a tuple, () where `value` is anything else."""
+    if not (isinstance(value, Sequence) or (isinstance(value, np.ndarray) and value.ndim == 1)):
+        return ()
+    found = tuple(map(_number, value))
+    return found if all(map(math.isfinite, found)) else ()
+
+
+def _number(value: object) -> float:
+    """Return a number as float, NaN where it is none."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _bounds(above: float, least: float, below: float, most: float) -> str:
+    if math.isfinite(least) and math.isfinite(most):
+        return f" from {least:g} to {most:g}"
+    told = ((" >", above), (" ≥", least), (" <", below), (" ≤", most))
+    return " and".join(f"{sign} {bound:g}" for sign, bound in told if math.isfinite(bound))
+
+
+def _remark(unit: str, optional: bool) -> str:
+    return (f" ({unit})" if unit else "") + (", or none" if optional else "")

@@ -1,0 +1,157 @@
+"""Bad values of the frozen settings: one line that names the field, whatever was passed; good ones are settled."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from sidestep import DifferentialDrive, Holonomic, HumanModel, Obstacles, Planner, PlannerSettings, RobotState
+from sidestep.errors import InvalidInput
+from sidestep.human.habit_settings import HabitSettings
+from sidestep.human.reaction import ReactionSettings
+from sidestep.obstacles import OccupancyGrid
+from sidestep.safety_filter import SafetyFilter
+
+MADE = (HumanModel, HabitSettings, ReactionSettings, PlannerSettings, Holonomic, DifferentialDrive)
+FIELDS = [(cls, field.name) for cls in MADE for field in dataclasses.fields(cls)]
+NEVER = (
+    math.nan,
+    "fast",
+    [math.nan],
+    [[1.0, "a"]],
+    [[]],
+    np.array([[1.0, np.nan]]),
+    np.array(["a"]),
+    {1: "a"},
+    object(),
+)
+SQUARE = [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
+
+
+@pytest.mark.parametrize(("cls", "name"), FIELDS)
+@pytest.mark.parametrize("value", NEVER, ids=lambda v: repr(v)[:12])
+def test_what_no_field_can_be_is_refused_in_one_line_that_names_it(cls, name, value):
+    with pytest.raises(InvalidInput, match=rf"\.{name}: got .*; allowed: ") as caught:
+        cls(**{name: value})
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(("cls", "name"), FIELDS)
+def test_the_default_of_every_field_is_allowed_and_kept(cls, name):
+    value = getattr(cls(), name)
+    assert getattr(cls(**{name: value}), name) == value
+
+
+@pytest.mark.parametrize(
+    ("cls", "name", "value"),
+    [
+        (HumanModel, "walking_speed", True),
+        (HumanModel, "walking_speed", 10**400),
+        (HumanModel, "reach", 2.5),
+        (HumanModel, "reach", True),
+        (HumanModel, "frame", "hedding"),
+        (HumanModel, "speed_range", (2.0, 1.0)),
+        (HumanModel, "speed_range", (1.0, 2.0, 3.0)),
+        (HumanModel, "goal_weight", ()),
+        (HumanModel, "goal_weight", (1.0, -1.0)),
+        (HumanModel, "goals", "doors"),
+        (HumanModel, "goals", [(1.0, 2.0), (1.0,)]),
+        (HumanModel, "goals", [1.0, 2.0]),
+        (HumanModel, "rationality", np.array([1.0, 2.0])),
+        (HumanModel, "motion_filter", 1),
+        (HumanModel, "habits", {}),
+        (HabitSettings, "randomness_range", (0.5, 1.5)),
+        (HabitSettings, "walking_modes", (0.5, 0.5)),
+        (PlannerSettings, "midway", "no"),
+        (Holonomic, "max_speed", None),
+        (DifferentialDrive, "radius", None),
+    ],
+)
+def test_what_this_field_cannot_be_is_refused(cls, name, value):
+    with pytest.raises(InvalidInput, match=rf"\.{name}: got .*; allowed: "):
+        cls(**{name: value})
+
+
+def test_sequences_become_tuples_and_numbers_of_numpy_plain_ones():
+    human = HumanModel(
+        goals=np.array([[1, 2], [3, 4]]), goal_weight=[1, 2], speed_range=[1, 2], randomness=np.float32(0.5),
+        reach=np.int64(3),
+    )  # fmt: skip
+    assert human == HumanModel(
+        goals=((1.0, 2.0), (3.0, 4.0)), goal_weight=(1.0, 2.0), speed_range=(1.0, 2.0), randomness=0.5, reach=3
+    )
+    assert hash(human) == hash(dataclasses.replace(human))
+    assert type(human.randomness) is float
+    assert type(human.reach) is int
+    assert HabitSettings(scales=np.array([0.1, 0.2])).scales == (0.1, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("robot", None),
+        ("robot", Holonomic),
+        ("goal", "abc"),
+        ("goal", None),
+        ("goal", [1.0, None]),
+        ("goal", [[1.0, 2.0]]),
+        ("human", {}),
+        ("obstacles", [SQUARE]),
+        ("settings", {"horizon": 4}),
+        ("goal_weight", (1.0, 2.0, 3.0)),
+    ],
+)
+def test_what_a_planner_cannot_start_from_is_refused_in_one_line(name, value):
+    with pytest.raises(InvalidInput, match=rf"^planner\.{name}: got ") as caught:
+        Planner(**{"robot": Holonomic(), "goal": (4.0, 0.0), name: value})
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_wheels_and_walls_say_which_dimensions_they_can_do():
+    walls = Obstacles(polygons=[SQUARE])
+    with pytest.raises(InvalidInput, match=r"2 finite numbers .* differential drive"):
+        Planner(robot=DifferentialDrive(), goal=(4.0, 0.0, 1.0))
+    with pytest.raises(InvalidInput, match=r"2 or 3 finite numbers .* map"):
+        Planner(robot=Holonomic(), goal=(4.0,), obstacles=walls)
+    assert Planner(robot=Holonomic(), goal=(4.0, 0.0, 1.0), obstacles=walls).goal.tolist() == [4.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: OccupancyGrid(occupied="map.pgm", resolution=0.1), "occupied"),
+        (lambda: OccupancyGrid(occupied=[[1, 0], [1]], resolution=0.1), "occupied"),
+        (lambda: OccupancyGrid(occupied=[[1, 0]], resolution="fine"), "resolution"),
+        (lambda: OccupancyGrid(occupied=[[1, 0]], resolution=0.1, origin=(1.0,)), "origin"),
+        (lambda: OccupancyGrid(occupied=[[1, 0]], resolution=0.1, yaw=math.nan), "yaw"),
+        (lambda: Obstacles(polygons="x"), "polygons"),
+        (lambda: Obstacles(grid=3), "grid"),
+    ],
+)
+def test_what_a_map_cannot_be_is_refused(make, field):
+    with pytest.raises(InvalidInput, match=rf"^obstacles\.(grid\.)?{field}.*: got "):
+        make()
+
+
+def test_a_map_of_lists_is_kept_as_cells_that_nobody_can_change():
+    grid = OccupancyGrid(occupied=[[1, 0], [0, 0]], resolution=1)
+    assert grid.occupied.dtype == np.bool_
+    assert not grid.occupied.flags.writeable
+    assert Obstacles(grid=grid).free([1.5, 1.5])
+
+
+@pytest.mark.parametrize("robot", [(0.0, 0.0), None, "here"])
+def test_a_state_that_is_none_stops_the_robot_and_says_so(robot):
+    plan = Planner(robot=Holonomic(), goal=(4.0, 0.0)).step(time=0.0, robot=robot, people=[])
+    assert plan.status == "stopped"
+    assert "not a RobotState" in plan.reason
+    assert not plan.velocity.any()
+
+
+@pytest.mark.parametrize("velocity", ["abc", None, [1.0], [1.0, None], [[1.0, 0.0]], [math.nan, 0.0]])
+def test_a_wanted_velocity_that_is_none_counts_as_standing(velocity):
+    planner = Planner(robot=Holonomic(), goal=(4.0, 0.0))
+    told = SafetyFilter(planner).filter(velocity, time=0.0, robot=RobotState(position=[0.0, 0.0]), people=[])
+    assert not told.velocity.any()
+    assert not told.interfered
