@@ -10,10 +10,23 @@ import pytest
 from sidestep.cli import BAD_INPUT, execute
 
 
+@pytest.mark.parametrize("command", [["bench", "--quick"], ["study", "robots"], ["evaluate"], ["reproduce", "--quick"]])
+def test_a_page_that_cannot_be_written_is_refused_before_time_is_spent(
+    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("no folder")
+    page, out = tmp_path / "file" / "page.json", tmp_path / "out"
+    assert execute([*command, "--out", str(out), "--page", str(page)]) != 0
+    told = capsys.readouterr()
+    assert told.err.count("\n") == 1
+    assert "file: cannot be written" in told.err
+    assert not list(out.rglob("*"))
+
+
 @pytest.mark.slow
 def test_evaluate_compares_navigators(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--conditions", "straight", "--navigators", "sidestep,stop-and-go", "--episodes", "2", "--workers", "1"]
-    page = tmp_path / "page.json"
+    page = tmp_path / "made" / "with it" / "page.json"
     fewer = ["--fewer", "stop-and-go=1"]
     assert execute(["evaluate", *options, *fewer, "--out", str(tmp_path), "--page", str(page), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
@@ -27,7 +40,7 @@ def test_evaluate_compares_navigators(tmp_path: Path, capsys: pytest.CaptureFixt
     assert all(len(row) == len(t["header"]) for t in written["tables"] for row in t["rows"])
     assert written["title"] == "Against other planners: keeps walking"
     for figure in written["figures"]:
-        assert (tmp_path / figure["file"]).stat().st_size > 10_000
+        assert (page.parent / figure["file"]).stat().st_size > 10_000
 
 
 @pytest.mark.slow

@@ -65,7 +65,7 @@ class OutputError(SidestepError, OSError):
 
     def __init__(self, path: object, why: str) -> None:
         self.path = path
-        super().__init__(f"{path}: cannot be written ({why}); choose another folder with --out")
+        super().__init__(f"{path}: cannot be written ({why}); choose a folder that can be written to")
 
 
 def _short(value: object) -> str:

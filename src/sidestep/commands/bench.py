@@ -37,9 +37,12 @@ def bench(
     """
     from sidestep.commands.bench_report import draw, show_tables, write_bench_page
     from sidestep.commands.console import emit_json, say
+    from sidestep.io.files import ready_folder, ready_for
 
+    ready_for(page)
+    folder = ready_folder(out)
     result = measured(quick, say)
-    figures = draw(result, out)
+    figures = draw(result, folder)
     if page is not None:
         write_bench_page(result, page, f"sidestep bench{' --quick' if quick else ''}")
     if json:

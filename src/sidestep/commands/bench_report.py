@@ -123,12 +123,11 @@ def _floors(found: dict[str, Any]) -> list[list[str]]:
     ]
 
 
-def draw(result: dict[str, Any], out: Path) -> list[str]:
+def draw(result: dict[str, Any], folder: Path) -> list[str]:
     """Write results.json and the figures; their paths."""
     from sidestep.commands.console import plain
-    from sidestep.io.files import ready_folder, written
+    from sidestep.io.files import written
 
-    folder = ready_folder(out)
     with written(folder / "results.json") as file:
         file.write(json.dumps(plain(result), indent=1).encode())
     paths: list[str] = []

@@ -66,8 +66,9 @@ def evaluate(
     import json as text
 
     from sidestep.commands.console import emit_json, plain, table
-    from sidestep.io.files import ready_folder, written
+    from sidestep.io.files import ready_folder, ready_for, written
 
+    ready_for(page)
     folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
     if people:
         from sidestep.commands.evaluate_people import DRIVERS, PeopleRequest, evaluate_people, name_of

@@ -31,12 +31,13 @@ def make(
     from sidestep.commands.reproduction_figures import draw
     from sidestep.commands.reproduction_page import write_page
     from sidestep.io.checkpoints import Checkpoints
-    from sidestep.io.files import written
+    from sidestep.io.files import ready_for, written
     from sidestep.io.scenarios import load_scenario
     from sidestep.studies.paper import PLACES, run_points, sweep
     from sidestep.studies.paper_table import CLAIMS
     from sidestep.studies.paper_verdicts import asked_by, chosen_claims, failing_claims, rows, with_regions
 
+    ready_for(page)
     began = perf_counter()
     chosen = chosen_claims(claims)
     bases = {label: load_scenario(label) for label in LABELS}

@@ -37,11 +37,12 @@ def study(
     from sidestep.commands.evidence import Picture, write_evidence, write_json
     from sidestep.commands.reproduction import progress_bar
     from sidestep.io.checkpoints import Checkpoints
-    from sidestep.io.files import ready_folder
+    from sidestep.io.files import ready_folder, ready_for
     from sidestep.studies.arms import run_study, studies
     from sidestep.viewer.figure_studies import study_figure
     from sidestep.viewer.figures import save_figure
 
+    ready_for(page)
     folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
     with progress_bar(name) as tell:
         found = run_study(

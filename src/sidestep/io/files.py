@@ -35,6 +35,16 @@ def written(path: Path) -> Generator[IO[bytes]]:
         temporary.unlink(missing_ok=True)
 
 
+def ready_for(page: Path | None) -> None:
+    """Make the folder of a file that is written last (None: none is), before time is spent on what goes into it.
+
+    Raises:
+        OutputError: it cannot be made, or files cannot be written there.
+    """
+    if page is not None:
+        ready_folder(page.parent)
+
+
 def ready_folder(path: str | Path) -> Path:
     """Make a folder (and its parents) and check that files can be written there, before time is spent on them.
 
