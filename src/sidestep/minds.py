@@ -17,7 +17,7 @@ from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import Facing, Way
 from sidestep.mind import Anchor, Mind
-from sidestep.types import FloatArray, Vector, finite, frozen_array
+from sidestep.types import FloatArray, Vector, finite, frozen_array, plausible
 
 
 class Unplaceable(Exception):  # noqa: N818 (says why the planner must stop; never leaves it)
@@ -49,7 +49,7 @@ def met(
         before = known.get(name)
         if seen.position.shape != (dimension,):
             raise Unplaceable(f"person {seen.id!r}: position has {seen.position.size} coordinates, not {dimension}")
-        if not finite(seen.position):
+        if not plausible(seen.position):
             if before is None or time - before.seen > memory:
                 raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")
             present[name] = miss(before, time)
@@ -76,14 +76,15 @@ def _same_but_goals(one: HumanModel, other: HumanModel) -> bool:
 def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind:
     """Return a mind for someone who was never seen before (or whose past no longer counts)."""
     covariance = _covariance(observation, model)
-    velocity = np.zeros(observation.position.size) if observation.velocity is None else observation.velocity
+    known = _known(observation.velocity)
+    velocity = np.zeros(observation.position.size) if known is None else known
     state = None
     if model.motion_filter:
         state = learning.meet(
             time,
             observation.position,
             covariance,
-            velocity=observation.velocity,
+            velocity=known,
             velocity_covariance=observation.velocity_covariance,
             settings=model.habits,
         )
@@ -210,7 +211,7 @@ def _goals(
     observation: PersonObservation, model: HumanModel, state: Habits | None, velocity: Vector
 ) -> tuple[tuple[Goal, ...], FloatArray | None]:
     """Candidate goals and the prior over them (None: uniform)."""
-    if observation.goal is not None and finite(observation.goal):
+    if observation.goal is not None and plausible(observation.goal):
         return (PointGoal(observation.goal),), None
     fitting = [g for g in model.candidates if len(g) == observation.position.size] if model.goals else []
     if fitting:
@@ -235,8 +236,14 @@ def _isotropic(sigma: float, d: int) -> FloatArray:
     return frozen_array(np.eye(d) * sigma**2)
 
 
+def _known(velocity: Vector | None) -> Vector | None:
+    """An observed velocity; None where there is none, or none that can be."""
+    return velocity if velocity is not None and plausible(velocity) else None
+
+
 def _velocity(mind: Mind, observation: PersonObservation, time: float) -> Vector:
     """The observed velocity, or a difference of positions where the observation brings none."""
-    if observation.velocity is not None and finite(observation.velocity):
-        return observation.velocity
+    known = _known(observation.velocity)
+    if known is not None:
+        return known
     return frozen_array((observation.position - mind.measured) / (time - mind.seen))

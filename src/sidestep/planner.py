@@ -33,7 +33,7 @@ from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
-from sidestep.types import FloatArray, Vector, VectorLike, finite, frozen_array, sealed, settled
+from sidestep.types import FARTHEST, FloatArray, Vector, VectorLike, frozen_array, plausible, sealed, settled
 
 _IMPLAUSIBLE = 100.0  # times what the base can do; a velocity beyond is a fault of whoever measured it
 _log = logging.getLogger(__name__)
@@ -109,6 +109,8 @@ class Planner:
         goal = frozen_array(numbers_in(value))
         if goal.size not in (1, 2, 3):
             raise InvalidInput("planner.goal", value, "1, 2 or 3 finite numbers (m)")
+        if not plausible(goal):
+            raise InvalidInput("planner.goal", value, f"a place within {FARTHEST:g} m of the origin")
         if goal.size != 2 and isinstance(self.robot, DifferentialDrive):
             raise InvalidInput("planner.goal", value, "2 finite numbers (m) for a differential drive")
         if goal.size == 1 and self.obstacles is not None:
@@ -173,7 +175,7 @@ class Planner:
             return f"time ran backwards by {back:.3g} s; starting afresh"
         if robot.position.shape != self.goal.shape:
             return f"robot position has {robot.position.size} coordinates, the goal {self.goal.size}"
-        if not finite(robot.position):
+        if not plausible(robot.position):
             return f"robot position is {robot.position.tolist()}"
         if isinstance(self.robot, DifferentialDrive) and (robot.heading is None or not math.isfinite(robot.heading)):
             return f"robot heading is {robot.heading}; a differential drive needs a finite one"
@@ -296,7 +298,7 @@ class Planner:
     def _stopped(self, time: float, robot: RobotState, reason: str, started: float) -> Plan:
         """The last rung: stand still, and say why."""
         d = self.goal.size
-        known = _is_state(robot) and robot.position.shape == (d,) and finite(robot.position)
+        known = _is_state(robot) and robot.position.shape == (d,) and plausible(robot.position)
         here = robot.position if known else np.zeros(d)
         return stopped_plan(
             time=time,

@@ -142,7 +142,7 @@ class Subject:
         walk = mind.model.reach * self.lattice.spacing * around.horizon * math.sqrt(mind.position.size)
         blur = 0.0 if self.spread is None else 5.0 * float(self.spread[1][-1].max())
         reach = walk + around.robot_speed * time + max(self.clearance, self.contact + NEAR_MARGIN) + blur
-        return math.dist(mind.position, start) <= reach
+        return not math.dist(mind.position, start) > reach  # where that is no number, nobody can tell
 
     def predicted(self, path: Path, workspace: Workspace) -> Prediction:
         """Predict the person, the robot moving along `path` ((≥ N + M + 1, d) m)."""

@@ -56,6 +56,15 @@ def finite(values: FloatArray) -> bool:
     return all(map(math.isfinite, values.tolist()))
 
 
+FARTHEST = 1e9
+"""m, or m/s; what is more is no place and no velocity: differences can no longer be told apart, squares overflow."""
+
+
+def plausible(values: Vector) -> bool:
+    """Return whether (d,) m or m/s can be a place or a velocity: finite, and within `FARTHEST`."""
+    return all(-FARTHEST <= x <= FARTHEST for x in values.tolist())
+
+
 def sealed(array: FloatArray) -> FloatArray:
     """Make an array that nobody else holds read-only, and return it."""
     array.setflags(write=False)

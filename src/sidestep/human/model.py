@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 from sidestep.checks import Checks, numbers_in
 from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.reaction import ReactionSettings
-from sidestep.types import AwarenessOverHorizon, DangerDecay, Evidence, Frame, GoalCost
+from sidestep.types import FARTHEST, AwarenessOverHorizon, DangerDecay, Evidence, Frame, GoalCost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,4 +130,6 @@ def _goals(given: object, check: Checks) -> tuple[tuple[float, ...], ...] | Lite
     places = tuple(map(numbers_in, given)) if isinstance(given, Iterable) and not isinstance(given, str) else ((),)
     if not all(len(place) in (1, 2, 3) and len(place) == len(places[0]) for place in places):
         raise check.wrong("goals", "places of 1, 2 or 3 finite numbers (m), all of as many; or exits")
+    if any(abs(x) > FARTHEST for place in places for x in place):
+        raise check.wrong("goals", f"places within {FARTHEST:g} m of the origin")
     return places

@@ -38,6 +38,9 @@ from sidestep.types import BoolArray, FloatArray, IntArray, VectorLike, sealed
 UNFOLLOWED = 1e-9
 """Hypotheses that weigh at most this together are not pushed; no probability is off by more."""
 
+MISSING = 1e-6
+"""Mass that a prediction may lose on its way; a plan must never be certified for people who are not there."""
+
 
 class Occupancy:
     """Probability over cells at k = 0..N.
@@ -227,6 +230,9 @@ def predict_on(
         results.blocks[:] = kept.sum(axis=(0, 1))
     if midway:
         scene.add_midway(results.blocks)
+    left, wanted = float(results.blocks[scene.offsets[-2] :].sum()), float(joint.sum())
+    if not abs(left - wanted) <= MISSING:
+        raise ArithmeticError(f"a prediction ends with a mass of {left} instead of {wanted}")
     shape = (horizon + 1, *(2 * reach * horizon + 1,) * d)
     return Prediction(
         occupancy=Occupancy(
