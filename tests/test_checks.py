@@ -63,6 +63,9 @@ def test_the_default_of_every_field_is_allowed_and_kept(cls, name):
         (HumanModel, "habits", {}),
         (HabitSettings, "randomness_range", (0.5, 1.5)),
         (HabitSettings, "walking_modes", (0.5, 0.5)),
+        (HumanModel, "radius", 101.0),
+        (HumanModel, "danger_weight", 1e300),
+        (HumanModel, "goal_weight", 1e300),
         (PlannerSettings, "midway", "no"),
         (Holonomic, "max_speed", None),
         (DifferentialDrive, "radius", None),
@@ -100,6 +103,9 @@ def test_sequences_become_tuples_and_numbers_of_numpy_plain_ones():
         ("obstacles", [SQUARE]),
         ("settings", {"horizon": 4}),
         ("goal_weight", (1.0, 2.0, 3.0)),
+        ("goal_weight", 1e300),
+        ("clearance", 101.0),
+        ("soft_risk_weight", 1e10),
     ],
 )
 def test_what_a_planner_cannot_start_from_is_refused_in_one_line(name, value):

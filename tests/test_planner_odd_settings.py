@@ -161,9 +161,9 @@ def test_a_goal_beyond_all_places_is_no_goal():
         plan = planner.step(time=0.0, robot=HERE, people=[person])
         told[str(far)] = (plan.status, plan.velocity.tolist(), plan.risk.tolist())
     assert len(set(map(str, told.values()))) == 1
-    with pytest.raises(InvalidInput, match=r"human\.goals: .*1e\+09 m"):
+    with pytest.raises(InvalidInput, match=r"human\.goals: .*up to 1e9"):
         sidestep.HumanModel(goals=[(1e200, 0.0)])
-    with pytest.raises(InvalidInput, match=r"planner\.goal: .*1e\+09 m"):
+    with pytest.raises(InvalidInput, match=r"planner\.goal: .*up to 1e9"):
         planner.goal = (1e200, 0.0)
 
 
@@ -174,6 +174,41 @@ def test_a_robot_or_a_person_beyond_all_places_stops_the_robot():
     lost = planner.step(time=0.1, robot=HERE, people=[person])
     assert far.status == lost.status == "stopped"
     assert not np.concatenate([far.velocity, lost.velocity]).any()
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ({"position": [2.0]}, "position has 1 coordinates, not 2"),
+        ({"velocity": [1.0]}, "velocity has 1 coordinates, not 2"),
+        ({"velocity": 1.0}, "velocity has 1 coordinates, not 2"),
+        ({"goal": [1.0, 0.0, 0.0]}, "goal has 3 coordinates, not 2"),
+    ],
+)
+def test_a_person_in_another_dimension_stops_the_robot_in_plain_words(told, words):
+    planner = sidestep.Planner(robot=sidestep.Holonomic(), goal=(4.0, 0.0))
+    plan = planner.step(
+        time=0.0, robot=HERE, people=[sidestep.PersonObservation(**{"id": "a", "position": [2.0, 0.1], **told})]
+    )
+    assert plan.status == "stopped"
+    assert plan.reason == f"person 'a': {words}"
+
+
+def test_a_velocity_of_the_robot_in_another_dimension_is_not_known():
+    robot = sidestep.Holonomic(max_acceleration=1.0)
+    plans = [
+        sidestep.Planner(robot=robot, goal=(4.0, 0.0)).step(
+            time=0.0, robot=sidestep.RobotState(position=[0.0, 0.0], velocity=velocity), people=[]
+        )
+        for velocity in (None, [1.0, 0.0, 0.0])
+    ]
+    assert plans[0].velocity.tolist() == plans[1].velocity.tolist()
+
+
+def test_robots_too_slow_to_get_out_of_the_way_are_refused():
+    with pytest.raises(InvalidInput, match=r"planner\.robot: .*0\.005 m in a time step of 0\.5 s"):
+        sidestep.Planner(robot=sidestep.Holonomic(max_speed=0.009), goal=(4.0, 0.0))
+    assert sidestep.Planner(robot=sidestep.Holonomic(max_speed=0.01), goal=(4.0, 0.0)).settings.time_step == 0.5
 
 
 @pytest.mark.parametrize("rule", ["mass", "cells", "trajectory"])

@@ -10,6 +10,10 @@ from typing import Any, get_args
 import numpy as np
 
 from sidestep.errors import InvalidInput
+from sidestep.types import LARGEST
+
+WIDEST = 100.0
+"""m; no body, and no distance to be kept from one, is larger: what is drawn around a person would not fit memory."""
 
 
 class Checks:
@@ -37,14 +41,16 @@ class Checks:
         unit: str = "",
         optional: bool = False,
     ) -> None:
-        """Finite numbers with above < x < below and least ≤ x ≤ most."""
+        """Finite numbers with above < x < below and least ≤ x ≤ most, none beyond ±`LARGEST`."""
         allowed = f"a finite number{_bounds(above, least, below, most)}{_remark(unit, optional)}"
         for name in names:
             value = getattr(self._value, name)
             if value is None and optional:
                 continue
             number = _number(value)
-            if not (math.isfinite(number) and above < number < below and least <= number <= most):
+            if abs(number) > LARGEST:
+                raise self.wrong(name, f"a number of at most {LARGEST:g}{_remark(unit, optional)}")
+            if not (above < number < below and least <= number <= most):
                 raise self.wrong(name, allowed)
             self._keep(name, value if type(value) in (int, float) else number)
 
@@ -82,8 +88,8 @@ class Checks:
         for name in names:
             value = getattr(self._value, name)
             one, several = _number(value), numbers_in(value)
-            if not all(math.isfinite(x) and x >= 0.0 for x in several or (one,)):
-                raise self.wrong(name, "a finite number ≥ 0, or one per axis")
+            if not all(0.0 <= x <= LARGEST for x in several or (one,)):
+                raise self.wrong(name, f"a number from 0 to {LARGEST:g}, or one per axis")
             self._keep(name, several or (value if type(value) in (int, float) else one))
 
     def listed(
@@ -113,11 +119,11 @@ def of_kind(field: str, value: object, *kinds: type, optional: bool = False) -> 
 
 
 def numbers_in(value: object) -> tuple[float, ...]:
-    """Return a sequence or (n,) array of finite numbers as a tuple, () where `value` is anything else."""
+    """Return a sequence or (n,) array of numbers within ±`LARGEST` as a tuple, () where `value` is anything else."""
     if not (isinstance(value, Sequence) or (isinstance(value, np.ndarray) and value.ndim == 1)):
         return ()
     found = tuple(map(_number, value))
-    return found if all(map(math.isfinite, found)) else ()
+    return found if all(-LARGEST <= x <= LARGEST for x in found) else ()
 
 
 def _number(value: object) -> float:

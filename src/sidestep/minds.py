@@ -39,7 +39,7 @@ def met(
     People who share an id are told apart by primes: "a", "a'". A position that is not finite counts as not seen.
 
     Raises:
-        Unplaceable: a position has the wrong dimension, or was never finite within `memory`.
+        Unplaceable: a position, velocity or goal has the wrong dimension, or a position was never one within `memory`.
     """
     present: dict[str, Mind] = {}
     for seen in people:
@@ -47,8 +47,9 @@ def met(
         while name in present:
             name += "'"
         before = known.get(name)
-        if seen.position.shape != (dimension,):
-            raise Unplaceable(f"person {seen.id!r}: position has {seen.position.size} coordinates, not {dimension}")
+        for what, vector in (("position", seen.position), ("velocity", seen.velocity), ("goal", seen.goal)):
+            if vector is not None and vector.shape != (dimension,):
+                raise Unplaceable(f"person {seen.id!r}: {what} has {vector.size} coordinates, not {dimension}")
         if not plausible(seen.position):
             if before is None or time - before.seen > memory:
                 raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")

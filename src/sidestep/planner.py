@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
+from itertools import product
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any
@@ -33,8 +34,9 @@ from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
-from sidestep.types import FARTHEST, FloatArray, Vector, VectorLike, frozen_array, plausible, sealed, settled
+from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, plausible, sealed, settled
 
+_LEAST_STRIDE = 0.005  # m; the risk is drawn on the robot's lattice, whose cells must not be much finer than people
 _IMPLAUSIBLE = 100.0  # times what the base can do; a velocity beyond is a fault of whoever measured it
 _log = logging.getLogger(__name__)
 
@@ -72,6 +74,9 @@ class Planner:
         self.human = _placed(HumanModel() if human is None else human, obstacles)
         self.obstacles = obstacles or None  # a map without walls is no map
         self.settings = _settled(settings, changes)
+        if robot.planning_speed * self.settings.time_step < _LEAST_STRIDE:
+            allowed = f"a robot that can move by {_LEAST_STRIDE} m in a time step of {self.settings.time_step:g} s"
+            raise InvalidInput("planner.robot", robot, allowed, "make it faster, or the time step longer")
         self._crew = Crew(self.settings.threads)
         self._outlook = Outlook()
         self._afterwards = Afterwards()
@@ -108,17 +113,15 @@ class Planner:
     def goal(self, value: VectorLike) -> None:
         goal = frozen_array(numbers_in(value))
         if goal.size not in (1, 2, 3):
-            raise InvalidInput("planner.goal", value, "1, 2 or 3 finite numbers (m)")
-        if not plausible(goal):
-            raise InvalidInput("planner.goal", value, f"a place within {FARTHEST:g} m of the origin")
+            raise InvalidInput("planner.goal", value, "1, 2 or 3 finite numbers (m, up to 1e9)")
         if goal.size != 2 and isinstance(self.robot, DifferentialDrive):
             raise InvalidInput("planner.goal", value, "2 finite numbers (m) for a differential drive")
         if goal.size == 1 and self.obstacles is not None:
             raise InvalidInput("planner.goal", value, "2 or 3 finite numbers (m) where there is a map")
-        for name in ("goal_weight", "effort_weight"):
-            weight = getattr(self.settings, name)
+        for whose, name in product(("planner", "human"), ("goal_weight", "effort_weight")):
+            weight = getattr(self.settings if whose == "planner" else self.human, name)
             if isinstance(weight, tuple) and len(weight) != goal.size:
-                raise InvalidInput(f"planner.{name}", weight, f"one number, or one per axis ({goal.size})")
+                raise InvalidInput(f"{whose}.{name}", weight, f"one number, or one per axis ({goal.size})")
         if self.obstacles is not None and not self.obstacles.free(goal[None], self.robot.radius)[0]:
             allowed = f"a place at least the robot's radius ({self.robot.radius} m) away from walls"
             raise InvalidInput("planner.goal", goal.tolist(), allowed, "move the goal or mend the map")
@@ -249,7 +252,11 @@ class Planner:
         if before is not None and 0.0 < time - before[0] <= self.settings.timeout:
             known.append((here - before[1]) / (time - before[0]))
         fastest = _IMPLAUSIBLE * self.robot.planning_speed
-        told = (v for v in known if v is not None and np.isfinite(v).all() and np.abs(v).max() <= fastest)
+        told = (
+            v
+            for v in known
+            if v is not None and v.shape == here.shape and np.isfinite(v).all() and np.abs(v).max() <= fastest
+        )
         return replace(robot, velocity=next(told, None))
 
     def _planned(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Plan:

@@ -56,13 +56,13 @@ def finite(values: FloatArray) -> bool:
     return all(map(math.isfinite, values.tolist()))
 
 
-FARTHEST = 1e9
-"""m, or m/s; what is more is no place and no velocity: differences can no longer be told apart, squares overflow."""
+LARGEST = 1e9
+"""No coordinate (m), velocity (m/s) or setting is larger: differences would be lost, squares overflow."""
 
 
 def plausible(values: Vector) -> bool:
-    """Return whether (d,) m or m/s can be a place or a velocity: finite, and within `FARTHEST`."""
-    return all(-FARTHEST <= x <= FARTHEST for x in values.tolist())
+    """Return whether (d,) m or m/s can be a place or a velocity: finite, and within `LARGEST`."""
+    return all(-LARGEST <= x <= LARGEST for x in values.tolist())
 
 
 def sealed(array: FloatArray) -> FloatArray:

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
-from sidestep.checks import Checks, numbers_in
+from sidestep.checks import WIDEST, Checks, numbers_in
 from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.reaction import ReactionSettings
-from sidestep.types import FARTHEST, AwarenessOverHorizon, DangerDecay, Evidence, Frame, GoalCost
+from sidestep.types import AwarenessOverHorizon, DangerDecay, Evidence, Frame, GoalCost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +116,7 @@ class HumanModel:
         check.numbers("switch_rate", least=0.0, unit="1/s")
         check.numbers("action_noise", least=0.0, unit="m/s")
         object.__setattr__(self, "goals", _goals(self.goals, check))
-        check.numbers("radius", above=0.0, unit="m")
+        check.numbers("radius", above=0.0, most=WIDEST, unit="m")
         check.flags("motion_filter", "steadiness", "online_randomness")
         check.kind("habits", HabitSettings)
         check.words("evidence", Evidence)
@@ -129,7 +129,5 @@ def _goals(given: object, check: Checks) -> tuple[tuple[float, ...], ...] | Lite
         return "exits"
     places = tuple(map(numbers_in, given)) if isinstance(given, Iterable) and not isinstance(given, str) else ((),)
     if not all(len(place) in (1, 2, 3) and len(place) == len(places[0]) for place in places):
-        raise check.wrong("goals", "places of 1, 2 or 3 finite numbers (m), all of as many; or exits")
-    if any(abs(x) > FARTHEST for place in places for x in place):
-        raise check.wrong("goals", f"places within {FARTHEST:g} m of the origin")
+        raise check.wrong("goals", "places of 1, 2 or 3 finite numbers (m, up to 1e9), all of as many; or exits")
     return places

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sidestep.checks import Checks
+from sidestep.checks import WIDEST, Checks
 from sidestep.types import GoalCost, RiskRule
 
 
@@ -86,7 +86,7 @@ class PlannerSettings:
         check.numbers("acceleration_weight", "soft_risk_weight", least=0.0)
         check.numbers("memory", least=0.0, unit="s")
         check.numbers("least_randomness", least=0.0, most=1.0)
-        check.numbers("clearance", above=0.0, unit="m", optional=True)
+        check.numbers("clearance", above=0.0, most=WIDEST, unit="m", optional=True)
         check.numbers("deadline", "recourse", above=0.0, unit="s", optional=True)
         check.numbers("first_step_limit", "signal_belief", above=0.0, most=1.0, optional=True)
         check.integers("search_resolution", least=1, optional=True)

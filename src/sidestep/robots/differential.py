@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep.checks import Checks
+from sidestep.checks import WIDEST, Checks
 from sidestep.errors import InvalidInput
 from sidestep.robots.state import RobotState
 from sidestep.types import Shape, Vector, VectorLike
@@ -42,8 +42,8 @@ class DifferentialDrive:
         check = Checks(self, "robot")
         check.numbers("max_speed", above=0.0, unit="m/s")
         check.numbers("max_turn_rate", above=0.0, unit="rad/s")
-        check.numbers("radius", above=0.0, unit="m")
-        check.numbers("reference_offset", above=0.0, unit="m", optional=True)
+        check.numbers("radius", above=0.0, most=WIDEST, unit="m")
+        check.numbers("reference_offset", above=0.0, most=WIDEST, unit="m", optional=True)
         check.numbers("max_acceleration", above=0.0, unit="m/s²", optional=True)
         check.numbers("max_turn_acceleration", above=0.0, unit="rad/s²", optional=True)
         check.numbers("control_period", above=0.0, unit="s")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep.checks import Checks
+from sidestep.checks import WIDEST, Checks
 from sidestep.robots.state import RobotState
 from sidestep.types import Shape, Vector, VectorLike, sealed
 
@@ -31,7 +31,7 @@ class Holonomic:
     def __post_init__(self) -> None:
         check = Checks(self, "robot")
         check.numbers("max_speed", above=0.0, unit="m/s")
-        check.numbers("radius", above=0.0, unit="m")
+        check.numbers("radius", above=0.0, most=WIDEST, unit="m")
         check.numbers("max_acceleration", above=0.0, unit="m/s²", optional=True)
         check.words("shape", Shape)
 
