@@ -104,7 +104,9 @@ def _beliefs(found: Columns) -> Figure:
         axes.axvline(0.5, color=style.LIMIT, linestyle="--", linewidth=1.4)
         axes.set_title(condition, fontsize=style.TEXT, loc="left")
         style.style_axes(axes, x="P(concerned) after the last decision that mattered", y="runs")
-        axes.legend(frameon=False, fontsize=style.TEXT, loc="upper center", title="the person was")
+    told = [f"the person was {kind}" for kind in ("concerned", "unconcerned")]
+    handles, _ = panels[0].get_legend_handles_labels()
+    figure.legend(handles, told, frameon=False, fontsize=style.TEXT, loc="outside upper right", ncols=2)
     return figure
 
 
