@@ -45,7 +45,7 @@ class Planner:
     """Plans a robot's motion among people, and learns about each of them while doing so.
 
     Args:
-        robot: `Holonomic` or `DifferentialDrive`.
+        robot: `Holonomic` or `DifferentialDrive`, able to move by 5 mm in a time step.
         goal: (d,) m, d = 1, 2 or 3.
         human: the model of every person whose observation brings none; None is `HumanModel()`.
         obstacles: static map, or None.

@@ -43,9 +43,10 @@ class HumanModel:
         switch_rate: 1/s, rate at which β changes; 0 is the paper.
         measurement_noise: m, standard deviation of a measured position, where the observation brings none.
         action_noise: m/s, how far a real velocity strays from the nearest action; 0 is the paper.
-        goals: candidate goals, each (d,) m; used where an observation brings none. "exits": the openings of the
-            planner's own map (`sidestep.exits`); without any, as with no candidates, directions are inferred.
-        radius: m, of the person's body.
+        goals: candidate goals, each (d,) m, a sequence or (G, d) array; used where an observation brings none. "exits":
+            the openings of the planner's own map (`sidestep.exits`); without any, as with no candidates, directions are
+            inferred.
+        radius: m, of the person's body (≤ 100).
         motion_filter: filter measured positions and learn habits (the next two fields need it); off in the paper.
         steadiness: learn online how steadily each person walks, and spread the prediction accordingly.
         online_randomness: learn ω online from how often the velocity changes.

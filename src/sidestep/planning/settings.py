@@ -23,7 +23,7 @@ class PlannerSettings:
         risk_rule: "mass": P(a person within `clearance`) ≤ P_th at every step; "cells": stay `clearance` away from
             every cell with P ≥ P_th (the paper's Section IV); "trajectory": the sum over the horizon ≤ P_th.
         risk_limit: P_th in (0, 1].
-        clearance: m between centres; None is robot radius + person radius + 0.10 m.
+        clearance: m between centres (≤ 100); None is robot radius + person radius + 0.10 m.
         goal_weight: θ5, one number or one per axis (≥ 0).
         goal_cost: "squared" is Eq. 9a; "distance" is θ5·‖x−g‖, whose pull does not grow with the distance.
         effort_weight: θ6, one number or one per axis (≥ 0).

@@ -24,7 +24,7 @@ class DifferentialDrive:
 
     Attributes:
         max_speed: m/s, |v|; max_turn_rate: rad/s, |ω|.
-        radius: m, of the footprint around the middle of the axle.
+        radius: m, of the footprint around the middle of the axle (≤ 100).
         reference_offset: m, ℓ; None takes max_speed/max_turn_rate within [0.05, 0.3], which wastes no speed.
         max_acceleration: m/s² of v, or None; max_turn_acceleration: rad/s² of ω, or None.
         control_period: s, of the base's own loop.

@@ -18,7 +18,7 @@ class Holonomic:
 
     Attributes:
         max_speed: m/s; of every axis with shape "box" (the paper), of the norm with "disc".
-        radius: m, of the footprint around the centre.
+        radius: m, of the footprint around the centre (≤ 100).
         shape: "box" or "disc".
         max_acceleration: m/s², or None for no limit.
     """
