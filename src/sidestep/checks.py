@@ -52,7 +52,7 @@ class Checks:
                 raise self.wrong(name, f"a number of at most {LARGEST:g}{_remark(unit, optional)}")
             if not (above < number < below and least <= number <= most):
                 raise self.wrong(name, allowed)
-            self._keep(name, value if type(value) in (int, float) else number)
+            self._keep(name, _plain(value, number))
 
     def integers(self, *names: str, least: int, optional: bool = False, mend: str = "") -> None:
         """Whole numbers ≥ `least`."""
@@ -90,7 +90,7 @@ class Checks:
             one, several = _number(value), numbers_in(value)
             if not all(0.0 <= x <= LARGEST for x in several or (one,)):
                 raise self.wrong(name, f"a number from 0 to {LARGEST:g}, or one per axis")
-            self._keep(name, several or (value if type(value) in (int, float) else one))
+            self._keep(name, several or _plain(value, one))
 
     def listed(
         self, name: str, *, count: int | None = None, above: float = -math.inf, least: float = -math.inf
@@ -134,6 +134,11 @@ def _number(value: object) -> float:
         return float(value)
     except OverflowError:
         return math.inf
+
+
+def _plain(value: object, number: float) -> object:
+    """Return a plain number as it is (1 stays 1), any other as the `number` that was found in it."""
+    return value if type(value) in (int, float) else number
 
 
 def _bounds(above: float, least: float, below: float, most: float) -> str:

@@ -100,7 +100,7 @@ class Planner:
         Args:
             walled: whether there will be a map; None: as there is one now.
         """
-        human = replace(self.human, goals=(), speed_range=tuple(self.human.speed_range))  # where to makes no difference
+        human = replace(self.human, goals=())  # where to makes no difference
         walled = self.obstacles is not None if walled is None else walled
         _rehearsed(self.robot, human, self.settings, self.goal.size, walled)
 

@@ -50,14 +50,14 @@ def train(path: Path, labelled: tuple[Path, ...], *, seed: int, json: bool) -> N
     import numpy as np
 
     from sidestep.errors import InvalidInput
-    from sidestep.io.files import ready_folder, written
+    from sidestep.io.files import ready_for, written
     from sidestep.io.scans import read_scan_recording
     from sidestep.studies.leg_training import confusion, recorded_samples, simulated_samples
     from sidestep.studies.leg_training import train as fit
 
     if path.suffix != ".npz":
         raise InvalidInput("--train", str(path), "a file that ends in .npz")
-    ready_folder(path.parent)
+    ready_for(path)
     recordings = [read_scan_recording(file) for file in labelled]
     say(f"simulating {TRAINING_SCANS} scans")
     features, classes = simulated_samples(np.random.default_rng(seed), scans=TRAINING_SCANS)

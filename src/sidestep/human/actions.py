@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from sidestep.errors import InvalidInput
+from sidestep.checks import Checks
 from sidestep.types import FloatArray, IntArray
 
 
@@ -27,12 +27,11 @@ class ActionSet:
     dimension: int = 2
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.speed) and self.speed > 0):
-            raise InvalidInput("actions.speed", self.speed, "a number > 0 (m/s)")
-        if self.reach < 1:
-            raise InvalidInput("actions.reach", self.reach, "an integer ≥ 1")
+        check = Checks(self, "actions")
+        check.numbers("speed", above=0.0, unit="m/s")
+        check.integers("reach", least=1)
         if self.dimension not in (1, 2, 3):
-            raise InvalidInput("actions.dimension", self.dimension, "1, 2 or 3")
+            raise check.wrong("dimension", "1, 2 or 3")
 
     def __len__(self) -> int:
         return (2 * self.reach + 1) ** self.dimension
