@@ -9,7 +9,7 @@ import pytest
 
 from sidestep.errors import InvalidInput, MissingExtra
 from sidestep.io.checkpoints import Checkpoints
-from sidestep.studies.engines import WorkersLost, length, run_kept, run_pieces
+from sidestep.studies.engines import WorkersLost, length, run_kept, run_kept_together, run_pieces
 
 
 def square(x):
@@ -106,3 +106,22 @@ def test_what_is_kept_is_not_done_again(tmp_path):
     assert told == [(6, 9), (9, 9)]
     assert store.load("6-9") == [36, 49, 64]
     assert run_kept(squares, pieces[:1], store=None, size=length) == {"0-3": [0, 1, 4]}
+
+
+def counted(group):
+    return [(piece, [len(group)] * length(piece)) for piece in group]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_is_left_of_a_group_is_worked_at_together_and_kept_apart(tmp_path, workers):
+    pytest.importorskip("joblib")
+    groups = [[Numbers(0, 1), Numbers(1, 2), Numbers(2, 3)], [Numbers(3, 4)], [Numbers(4, 5)]]
+    store, told = Checkpoints(tmp_path), []
+    for name in ("1-2", "3-4"):
+        store.keep(name, ["kept"])
+    found = run_kept_together(
+        counted, groups, store=store, size=length, workers=workers, progress=lambda *so_far: told.append(so_far)
+    )
+    assert found == {"0-1": [2], "1-2": ["kept"], "2-3": [2], "3-4": ["kept"], "4-5": [1]}
+    assert told == [(3, 5), (4, 5), (5, 5)]
+    assert store.load("2-3") == [2]

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from sidestep.errors import UnknownName
+from sidestep.io.checkpoints import Checkpoints
 from sidestep.io.scenarios import load_scenario
-from sidestep.studies.paper import HORIZONS, HUMANS, PARAMETERS, PLACES, RULES, Piece, Points, sweep
+from sidestep.simulation.loop import simulate
+from sidestep.simulation.metrics import measure
+from sidestep.studies.paper import HORIZONS, HUMANS, PARAMETERS, PLACES, RULES, Piece, Points, run_points, sweep
 from sidestep.studies.paper_claims import Finding, below, median_interval, worst
-from sidestep.studies.paper_points import COLUMNS, WIDTHS, Change, Setting, run_seed
+from sidestep.studies.paper_points import COLUMNS, WIDTHS, Change, Setting, Trial, run_trials
 from sidestep.studies.paper_table import CLAIMS
 from sidestep.studies.paper_verdicts import asked_by, chosen_claims, failing_claims, rows, with_regions
 
@@ -171,7 +175,8 @@ def test_how_wide_predictions_are_is_measured_where_a_claim_asks_and_changes_not
     assert wide == {s for p in PLACES for s in (*(p.encounter(5, n) for n in (0, 5)), *map(p.lab, HUMANS))}
     setting = PLACES[2].encounter(2, 2)
     scenario = setting.scenario(load_scenario("paper-authors", ["duration=6.0"]))
-    with_widths, without = (dict(zip(COLUMNS, run_seed(scenario, 1, widths=w), strict=True)) for w in (True, False))
+    found = run_trials([Trial(scenario=scenario, widths=w) for w in (True, False)])
+    with_widths, without = (dict(zip(COLUMNS, row, strict=True)) for row in found)
     for column in set(COLUMNS) - {"plan_p95"}:
         if column in WIDTHS:
             assert np.isnan(without[column])
@@ -179,6 +184,39 @@ def test_how_wide_predictions_are_is_measured_where_a_claim_asks_and_changes_not
             np.testing.assert_equal(without[column], with_widths[column])
     assert with_widths["entropy"] > 0
     assert 0 < with_widths["peak_first"] < 1
+
+
+def test_points_are_those_of_single_runs_whoever_is_run_beside_them() -> None:
+    base = load_scenario("paper-authors", ["duration=6.0"])
+    settings = [Setting(label="", rule="cells", human=h, horizon=3, anticipation=3) for h in HUMANS]
+    points = run_points(settings, {"": base}, columns={}, seeds=3, workers=1, store=None)
+    for setting in settings:
+        records = [simulate(setting.scenario(base), seed=seed, snapshots=0) for seed in range(3)]
+        assert points.column(setting, "PI_T").tolist() == [measure(record).PI_T for record in records]
+        assert (points.column(setting, "plan_p95") > 0).all()
+
+
+def test_what_is_kept_of_one_kind_of_people_is_not_run_again_for_the_other(tmp_path: Path) -> None:
+    base = load_scenario("paper-authors", ["duration=2.0"])
+    settings = [Setting(label="", rule="mass", human=h, horizon=2, anticipation=2) for h in HUMANS]
+
+    def run(chosen: list[Setting]) -> list[tuple[int, int]]:
+        told: list[tuple[int, int]] = []
+        store = Checkpoints(tmp_path)
+        run_points(
+            chosen,
+            {"": base},
+            columns={},
+            seeds=2,
+            workers=1,
+            store=store,
+            progress=lambda done, of: told.append((done, of)),
+        )
+        return told
+
+    assert run(settings[:1]) == [(2, 2)]
+    assert run(settings) == [(4, 4)]  # two were there, so that nothing but the last two is told
+    assert run(settings) == []
 
 
 def test_a_piece_is_kept_under_all_numbers_of_its_scenario() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
+from copy import copy, deepcopy
 from dataclasses import fields, replace
 from functools import lru_cache
 from itertools import product
@@ -135,6 +136,13 @@ class Planner:
         """Forget everybody and the last plan."""
         self._minds, self._last, self._was, self._asked = {}, None, None, None
         self._time = self._informed = -math.inf
+
+    def twin(self) -> Planner:
+        """Return a planner that knows what this one knows; from here on each learns and plans for itself."""
+        other = copy(self)
+        other._minds = dict(self._minds)
+        other._outlook, other._pace = deepcopy(self._outlook), deepcopy(self._pace)
+        return other
 
     def step(
         self,

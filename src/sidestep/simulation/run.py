@@ -121,6 +121,7 @@ class Run:
         self.planned_at = -1.0
         self.spent = 0.0
         self.index = 0
+        self.reached = False  # its goal, at any time so far
         self.interval = scenario.step  # s, between two instants of the record
         self.every = round(scenario.period / scenario.step)
         self.sensor.warm_up(self.people, scenario.step)
@@ -133,23 +134,25 @@ class Run:
 
     def finish(self) -> Record:
         """Run to the end."""
-        s = self.scenario
-        reached = False
         try:
-            for _ in range(max(round(s.duration / s.step), 1)):
-                if self.advance():
-                    reached = True
-                    if s.stop_at_goal:
-                        break
+            while not self.over:
+                self.advance()
         except KeyboardInterrupt:
             pass
-        return self.record(reached)
+        return self.record(self.reached)
+
+    @property
+    def over(self) -> bool:
+        """Whether the time is up, or the robot has arrived and that ends the run."""
+        s = self.scenario
+        return self.index >= max(round(s.duration / s.step), 1) or (self.reached and s.stop_at_goal)
 
     def advance(self) -> bool:
         """Do one control step; return whether the robot is at its goal after it."""
-        reached = self._step(self.index, planned=self.index % self.every == 0)
+        arrived = self._step(self.index, planned=self.index % self.every == 0)
+        self.reached |= arrived
         self.index += 1
-        return reached
+        return arrived
 
     def record(self, reached: bool) -> Record:
         """Return what has happened so far."""

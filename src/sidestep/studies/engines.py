@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, Protocol, TypeVar
 
 from sidestep.errors import InvalidInput, MissingExtra, SidestepError
@@ -87,22 +88,65 @@ def run_kept(
         address: likewise.
         progress: called with (done, all) in units of `size`, after each piece.
     """
+    return run_kept_together(
+        partial(_one_by_one, work),
+        [[piece] for piece in pieces],
+        store=store,
+        size=size,
+        workers=workers,
+        engine=engine,
+        address=address,
+        progress=progress,
+    )
+
+
+def run_kept_together(
+    work: Callable[[Sequence[NamedPiece]], Sequence[tuple[NamedPiece, Any]]],
+    groups: Sequence[Sequence[NamedPiece]],
+    *,
+    store: Store | None,
+    size: Callable[[NamedPiece], int],
+    workers: int = 1,
+    engine: str = "joblib",
+    address: str | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> dict[str, Any]:
+    """Do as `run_kept` does, with pieces of a group worked at together; each is kept by itself, whatever its group.
+
+    Args:
+        work: returns (piece, result) for each piece of what is left of a group.
+        groups: of pieces.
+        store: and what follows as for `run_kept`.
+        size: likewise.
+        workers: likewise.
+        engine: likewise.
+        address: likewise.
+        progress: likewise.
+    """
     found: dict[str, Any] = {}
-    for piece in pieces:
-        kept = None if store is None else store.load(piece.name)
-        if kept is not None:
-            found[piece.name] = kept
-    left = [p for p in pieces if p.name not in found]
-    everything = sum(map(size, pieces))
-    done = everything - sum(map(size, left))
-    for piece, result in run_pieces(work, left, workers=workers, engine=engine, address=address):
-        found[piece.name] = result
-        if store is not None:
-            store.keep(piece.name, result)
-        done += size(piece)
-        if progress is not None:
-            progress(done, everything)
+    left: list[Sequence[NamedPiece]] = []
+    for group in groups:
+        kept = {piece.name: None if store is None else store.load(piece.name) for piece in group}
+        found |= {name: result for name, result in kept.items() if result is not None}
+        if missing := [piece for piece in group if kept[piece.name] is None]:
+            left.append(missing)
+    everything = sum(size(piece) for group in groups for piece in group)
+    done = everything - sum(size(piece) for group in left for piece in group)
+    for finished in run_pieces(work, left, workers=workers, engine=engine, address=address):
+        for piece, result in finished:
+            found[piece.name] = result
+            if store is not None:
+                store.keep(piece.name, result)
+            done += size(piece)
+            if progress is not None:
+                progress(done, everything)
     return found
+
+
+def _one_by_one(
+    work: Callable[[NamedPiece], tuple[NamedPiece, Any]], group: Sequence[NamedPiece]
+) -> list[tuple[NamedPiece, Any]]:
+    return [work(piece) for piece in group]
 
 
 def run_pieces(

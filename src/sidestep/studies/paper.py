@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sidestep.simulation.alike import planned_alike
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.engines import Store, length, run_kept
-from sidestep.studies.paper_points import COLUMNS, WIDTHS, Change, Setting, run_seed
+from sidestep.studies.engines import Store, length, run_kept_together
+from sidestep.studies.paper_points import COLUMNS, WIDTHS, Change, Setting, Trial, run_trials
 from sidestep.types import FloatArray
 
 PARAMETERS = ("printed", "authors")
@@ -159,12 +160,23 @@ def run_points(
         for s in settings
         for k in range(0, seeds, PIECE)
     ]
-    found = run_kept(_work, pieces, store=store, size=length, workers=workers, progress=progress)
+    groups: dict[tuple[str, int], list[Piece]] = {}  # a planner cannot tell who it will meet: both kinds at once
+    for piece in pieces:
+        groups.setdefault((planned_alike(piece.scenario), piece.start), []).append(piece)
+    found = run_kept_together(
+        _work, list(groups.values()), store=store, size=length, workers=workers, progress=progress
+    )
     gathered: dict[Setting, list[FloatArray]] = {s: [] for s in settings}
     for piece in pieces:
         gathered[piece.setting].append(np.array(found[piece.name], dtype=np.float64))
     return Points(values={s: np.concatenate(rows) for s, rows in gathered.items()})
 
 
-def _work(piece: Piece) -> tuple[Piece, list[list[float]]]:
-    return piece, [run_seed(piece.scenario, seed, widths=piece.widths) for seed in range(piece.start, piece.stop)]
+def _work(group: Sequence[Piece]) -> list[tuple[Piece, list[list[float]]]]:
+    trials = [
+        Trial(scenario=piece.scenario.model_copy(update={"seed": seed}), widths=piece.widths)
+        for piece in group
+        for seed in range(piece.start, piece.stop)
+    ]
+    rows = iter(run_trials(trials))
+    return [(piece, [next(rows) for _ in range(length(piece))]) for piece in group]

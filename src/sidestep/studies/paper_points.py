@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sidestep.planning.plan import PersonPlan, Plan
-from sidestep.simulation.loop import Step, simulate
+from sidestep.simulation.alike import simulate_alike
 from sidestep.simulation.metrics import measure
 from sidestep.simulation.record import Record
+from sidestep.simulation.run import Step
 from sidestep.simulation.scenario import Scenario
 from sidestep.types import FloatArray, IntArray
 
@@ -103,19 +105,46 @@ class Setting:
         return Scenario.parse(data)
 
 
-def run_seed(scenario: Scenario, seed: int, *, widths: bool) -> list[float]:
-    """Run one seed; the numbers in the order of `COLUMNS`, those of `WIDTHS` NaN where they are not asked for."""
-    seen: list[PersonPlan] = []
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """One run that is to be measured.
 
-    def watch(step: Step) -> None:
+    Attributes:
+        scenario: with its seed; widths: whether the columns `WIDTHS` are asked for.
+    """
+
+    scenario: Scenario
+    widths: bool
+
+
+def run_trials(trials: Sequence[Trial]) -> list[list[float]]:
+    """Run trials that are planned alike; of each the numbers in the order of `COLUMNS`, NaN where not asked for."""
+    watchers = [_Watcher(predictions=trial.widths) for trial in trials]
+    records = simulate_alike([trial.scenario for trial in trials], watchers)
+    return [_numbers(*each) for each in zip(trials, records, watchers, strict=True)]
+
+
+class _Watcher:
+    """Notes how long each plan took, whichever run it was made in, and what was predicted where that is asked for."""
+
+    def __init__(self, *, predictions: bool) -> None:
+        self.times: list[float] = []
+        self.people: list[PersonPlan] = []
+        self._predictions = predictions
+
+    def __call__(self, step: Step) -> None:
         if step.planned and isinstance(step.motion, Plan):
-            seen.extend(step.motion.people.values())
+            self.times.append(1e3 * step.motion.duration)
+            if self._predictions:
+                self.people.extend(step.motion.people.values())
 
-    record = simulate(scenario, seed=seed, snapshots=0, on_step=watch if widths else None)
+
+def _numbers(trial: Trial, record: Record, seen: _Watcher) -> list[float]:
+    """What is kept of one run."""
     m = measure(record)
     closest = _closest(record)
     belief = record.beliefs[:, 0] if record.beliefs.size else np.full(1, np.nan)
-    true_concerned = scenario.people[0].kind == "concerned"
+    true_concerned = trial.scenario.people[0].kind == "concerned"
     decided = np.flatnonzero(belief > 0.9 if true_concerned else belief < 0.1)
     found = {
         "PI_R": m.PI_R,
@@ -132,8 +161,8 @@ def run_seed(scenario: Scenario, seed: int, *, widths: bool) -> list[float]:
         "steps_to_identify": float(decided[0]) if decided.size else float("nan"),
         "max_collision_probability": m.max_collision_probability,
         "uncertified": 1.0 - m.status_counts["certified"] / max(m.steps, 1),
-        "plan_p95": m.plan_p95,
-        **_widths(seen, closest, decided),
+        "plan_p95": float(np.percentile(seen.times, 95)),
+        **_widths(seen.people, closest, decided),
     }
     return [found[column] for column in COLUMNS]
 
