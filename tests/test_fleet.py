@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -114,3 +116,37 @@ def test_a_run_of_one_robot_has_no_others():
     record = simulate(load_scenario("crossing", ["duration=1.0"]), snapshots=0)
     assert record.other_robots.size == 0
     assert measure(record).robot_contacts == 0
+
+
+GOOD = Announced(path=_path((2.0, 2.0), (0.5, 0.0)), radius=0.3, settled=True)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "why"),
+    [
+        (Announced(path=np.zeros(2), radius=0.3, settled=True), r"path of shape \(2,\), not \(K \+ 1, 2\)"),
+        (Announced(path=np.zeros((1, 2)), radius=0.3, settled=True), r"path of shape \(1, 2\)"),
+        (Announced(path=np.zeros((4, 3)), radius=0.3, settled=False), r"path of shape \(4, 3\)"),
+        (Announced(path=[[0.0, 1.0], [np.nan, 1.0]], radius=0.3, settled=False), "not finite"),
+        (Announced(path=[[0.0, 1.0], [1e300, 1.0]], radius=0.3, settled=False), "beyond 1e9 m"),
+        (Announced(path=np.ones((4, 2)), radius=np.nan, settled=False), "radius of nan m"),
+        (Announced(path=np.ones((4, 2)), radius=-1.0, settled=False), "radius of -1.0 m"),
+    ],
+)
+def test_a_robot_stops_where_nobody_can_tell_what_another_will_do(wrong, why):
+    planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)
+    planner.announce([GOOD, wrong])
+    plan = planner.step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=[])
+    assert plan.status == "stopped"
+    assert not plan.velocity.any()
+    assert re.search(why, plan.reason)
+    planner.announce([GOOD])
+    assert planner.step(time=0.5, robot=sidestep.RobotState(position=(0.0, 0.0)), people=[]).velocity.any()
+
+
+def test_what_is_no_announcement_is_refused_in_one_line():
+    planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)
+    with pytest.raises(InvalidInput, match=r"announce\.others.*Announced"):
+        planner.announce(["here"])
+    with pytest.raises(InvalidInput, match=r"announced\.path.*\(K \+ 1, d\) numbers"):
+        Announced(path=[[0.0, 1.0], [2.0]], radius=0.3, settled=True)

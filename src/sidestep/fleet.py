@@ -18,6 +18,8 @@ from time import perf_counter
 
 import numpy as np
 
+from sidestep.checks import WIDEST, of_kind
+from sidestep.errors import InvalidInput
 from sidestep.forecast import Forecast
 from sidestep.human.observation import PersonObservation
 from sidestep.lattice import Lattice
@@ -29,7 +31,7 @@ from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.person_mass import PersonMass
 from sidestep.robots import RobotState
 from sidestep.situation import Situation
-from sidestep.types import FloatArray, Path, Vector, VectorLike
+from sidestep.types import FloatArray, Path, Vector, VectorLike, frozen_array, plausible
 
 MARGIN = 0.10  # m beyond contact that plans keep from other robots
 FIRST_MARGIN = 0.05  # m beyond contact that the first action keeps
@@ -40,6 +42,8 @@ LEAST_MARGIN = 0.01  # m beyond contact, below which the robot stops
 class Announced:
     """What another robot has announced.
 
+    What is in it is not judged here: `FleetPlanner.step` stops where it cannot tell where the other robot will be.
+
     Attributes:
         path: (K+1, d) m, K ≥ 1, from now on at multiples of the time step; past its end the robot stands.
         radius: m, of its body.
@@ -49,6 +53,23 @@ class Announced:
     path: Path
     radius: float
     settled: bool
+
+    def __post_init__(self) -> None:
+        try:
+            object.__setattr__(self, "path", frozen_array(self.path))
+        except (TypeError, ValueError):
+            raise InvalidInput("announced.path", self.path, "(K + 1, d) numbers (m), K ≥ 1") from None
+
+    def unusable(self, dimension: int) -> str:
+        """Say why nobody can tell where the robot will be, or ''."""
+        shape = self.path.shape
+        if len(shape) != 2 or shape[0] < 2 or shape[1] != dimension:
+            return f"another robot announced a path of shape {shape}, not (K + 1, {dimension}) with K ≥ 1"
+        if not plausible(self.path.ravel()):
+            return "another robot announced a path that is not finite, or beyond 1e9 m"
+        if not 0.0 < self.radius <= WIDEST:
+            return f"another robot announced a radius of {self.radius} m"
+        return ""
 
     def doubled(self, blocks: int) -> FloatArray:
         """Return (blocks, d) m, where the robot is at the half instants from 0 on."""
@@ -68,6 +89,8 @@ class FleetPlanner(Planner):
 
     def announce(self, others: Sequence[Announced]) -> None:
         """Take what the others have announced; it counts until the next announcement."""
+        for other in others:
+            of_kind("announce.others", other, Announced)
         self._others = tuple(others)
 
     def reset(self) -> None:
@@ -90,6 +113,10 @@ class FleetPlanner(Planner):
             return plan
         self._last = None
         return self._stopped(time, robot, "another robot has the way", started)
+
+    def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
+        trouble = super()._trouble(time, robot, people)
+        return trouble or next(filter(None, (other.unusable(self.goal.size) for other in self._others)), "")
 
     def _collides(self, start: Vector, velocity: Vector) -> bool:
         """Whether a velocity (d,) m/s comes nearer than allowed to what another robot may do until the next call."""
