@@ -99,6 +99,44 @@ def test_goals_are_given_listed_or_directions() -> None:
     assert isinstance(minds.meet(stander, HumanModel(), 0.0).goals[2], StandGoal)
 
 
+@pytest.mark.parametrize(
+    ("velocity", "heeded"),
+    [
+        ((1.0, 0.0), True),
+        ((0.7, 0.7), True),  # a sidestep
+        ((0.4, 0.9), False),
+        ((-1.0, 0.0), False),
+        ((-0.1, 0.1), True),  # who stands heads nowhere
+        (None, True),
+    ],
+)
+def test_a_told_goal_counts_while_nobody_walks_elsewhere(velocity: tuple[float, float] | None, heeded: bool) -> None:
+    """`sees` tells of a goal at (9, 0)."""
+    mind = minds.meet(sees((0.0, 0.0), velocity=velocity), HumanModel(), 0.0)
+    assert isinstance(mind.goals[0], PointGoal) == heeded
+    trusting = HumanModel(habits=HabitSettings(off_course=np.pi))
+    assert isinstance(minds.meet(sees((0.0, 0.0), velocity=velocity), trusting, 0.0).goals[0], PointGoal)
+    assert isinstance(minds.meet(sees((0.0, 0.0), velocity=velocity), PAPER, 0.0).goals[0], PointGoal)
+    near = minds.meet(sees((8.5, 0.0), velocity=velocity), HumanModel(), 0.0)
+    assert isinstance(near.goals[0], PointGoal)  # less than a second away nobody can tell
+
+
+def test_who_turns_away_from_a_told_goal_and_back_is_predicted_by_what_they_do() -> None:
+    """The belief about awareness is kept over both changes."""
+    kinds: list[bool] = []
+    mind, place = minds.meet(sees((0.0, 0.0), velocity=(1.0, 0.0)), HumanModel(), 0.0), np.zeros(2)
+    mind = replace(mind, belief=bayes.prior(1, 0.9))
+    for k in range(1, 61):
+        pace = (0.0, 1.0) if 20 < k <= 40 else (1.0, 0.0)
+        place = place + 0.1 * np.array(pace)
+        mind = minds.observe(mind, sees(tuple(place), velocity=pace), 0.1 * k, STEP)
+        assert mind.belief.concerned > 0.5
+        kinds.append(isinstance(mind.goals[0], PointGoal))
+    assert all(kinds[:20])
+    assert not any(kinds[24:40])  # found out within half a second
+    assert all(kinds[45:])
+
+
 def test_other_candidate_goals_leave_awareness_and_habits_as_they_are_known() -> None:
     """Who stops is no longer said to be on the way to one of some places; what was learned of them stays."""
     human = HumanModel()

@@ -212,8 +212,9 @@ def _goals(
     observation: PersonObservation, model: HumanModel, state: Habits | None, velocity: Vector
 ) -> tuple[tuple[Goal, ...], FloatArray | None]:
     """Candidate goals and the prior over them (None: uniform)."""
-    if observation.goal is not None and plausible(observation.goal):
-        return (PointGoal(observation.goal),), None
+    told = observation.goal
+    if told is not None and plausible(told) and not (state is not None and state.off_course(told)):
+        return (PointGoal(told),), None
     fitting = [g for g in model.candidates if len(g) == observation.position.size] if model.goals else []
     if fitting:
         return tuple(PointGoal(g) for g in fitting), None

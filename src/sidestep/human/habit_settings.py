@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar
@@ -39,6 +40,8 @@ class HabitSettings:
             velocity, comes to a stop.
         slowing_time: s in which the pace of a walker who comes to a stop falls to 1/e; 0: they stop at once, as those
             who stand already.
+        off_course: rad off the way to a goal that was told, beyond which somebody who walks is not going there, and is
+            predicted by their habits as if nobody had told a goal; π: whoever was told a goal is believed to go there.
         mean_time: s over which the mean velocity is taken.
         extrapolation: e of v̂ = v₁ + e·(v₁ − v₂); extrapolation_time: s between v₁ and v₂.
         top_speed_time: s in which the remembered top speed falls to 1/e.
@@ -74,6 +77,7 @@ class HabitSettings:
     walking_modes: tuple[float, float, float] = (0.66, 0.26, 0.08)
     standing_modes: tuple[float, float, float] = (0.44, 0.08, 0.48)
     slowing_time: float = 2.0
+    off_course: float = 1.0
     mean_time: float = 3.0
     extrapolation: float = 0.0
     extrapolation_time: float = 0.4
@@ -91,6 +95,7 @@ class HabitSettings:
                       "extrapolation_time", "top_speed_time", "time_out", "top_speed", above=0.0)  # fmt: skip
         check.numbers("floor", "habitual_noise", "walking_exponent", "standing_exponent", "standing_speed", "tempering",
                       "change_speed", "changed_before", "slowing_time", "gap", least=0.0)  # fmt: skip
+        check.numbers("off_course", above=0.0, most=math.pi)
         check.numbers("prior_class", "standing_class", "extrapolation")
         check.numbers("forgetting", above=0.0, most=1.0)
         check.listed("scales", above=0.0)

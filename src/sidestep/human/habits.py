@@ -92,6 +92,14 @@ class Habits:
         """Whether the present velocity is below walking."""
         return math.hypot(*self.velocity.tolist()) < self.settings.standing_speed
 
+    def off_course(self, goal: Vector) -> bool:
+        """Whether somebody who walks is going elsewhere than to `goal` (d,) m."""
+        way, velocity = goal - self.position, self.velocity
+        far, pace = math.hypot(*way.tolist()), math.hypot(*velocity.tolist())
+        if pace < self.settings.standing_speed or far < pace:  # a second from it there is no telling
+            return False
+        return float(way @ velocity) < math.cos(self.settings.off_course) * far * pace
+
     @property
     def modes(self) -> Vector:
         """(3,) prior probabilities that the person keeps the present velocity, keeps the mean one, comes to a stop."""
