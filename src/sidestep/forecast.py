@@ -41,7 +41,8 @@ class Forecast:
 
     def foretells(self, path: Path) -> bool:
         """Whether this is what people will do if the robot moves along `path` (N+1, d) m."""
-        return bool(np.abs(self.path[: len(path)] - path).max() < _SAME)
+        apart: list[float] = (self.path[: len(path)] - path).ravel().tolist()
+        return all(abs(x) < _SAME for x in apart)
 
     @lazy
     def near(self) -> tuple[Subject, ...]:

@@ -23,6 +23,10 @@ _GIVEN_UP = 0.5  # a motion that gains less than this share of the open way give
 _AT_GOAL = 0.01  # m, within which there is no way left to give up
 
 
+View = tuple[Forecast, PlanningProblem, int]
+"""What is foreseen, Eq. 9 under it, and how many predictions were made until then."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
     """A motion and the prediction under which it was judged.
@@ -32,8 +36,8 @@ class Outcome:
         status: "certified" or "least_risk".
         risk: (2N,) what the rule limits, at half instants 1..2N, under `foreseen`.
         cost: objective (Eq. 9a), soft risk included.
-        foreseen: the prediction that this very path induces.
-        rounds: predictions made.
+        foreseen: the prediction that this very path induces; problem: Eq. 9 under it.
+        rounds: predictions made so far.
         stoppable: the base could still come to stand in time.
     """
 
@@ -42,8 +46,14 @@ class Outcome:
     risk: FloatArray
     cost: float
     foreseen: Forecast
+    problem: PlanningProblem
     rounds: int
     stoppable: bool
+
+    @property
+    def view(self) -> View:
+        """What this motion was judged under."""
+        return self.foreseen, self.problem, self.rounds
 
 
 def climb(now: Situation, anticipated: Path) -> Outcome:
@@ -57,31 +67,37 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
         OutOfTime: the deadline of the situation is near.
     """
     seen = now.foresee(anticipated)
-    made = 1
+    view: View = seen, now.problem_under(seen), 1
     best: Outcome | None = None
     for path in now.wished():
-        outcome = judged(now, path, seen)
-        made += outcome.rounds
+        outcome = judged(now, path, view)
         if outcome.status == "certified":
-            return replace(outcome, rounds=made)
+            return outcome
+        view = *view[:2], outcome.rounds
+    del seen
     for _ in range(now.settings.rounds):
-        path = _motion(now, now.problem_under(seen))
+        path = _motion(now, view[1])
         if path is None:
             break
-        known = seen if seen.foretells(path) else None
-        del seen, best  # what is no longer needed goes before as much is made anew; at N = 50 that is 40 MB
-        best = judged(now, path, known)
-        seen, made = best.foreseen, made + best.rounds
+        if not view[0].foretells(path):
+            made = view[2]
+            del view, best  # what is no longer needed goes before as much is made anew; at N = 50 that is 40 MB
+            seen = now.foresee(path)
+            view = seen, now.problem_under(seen), made + 1
+            del seen
+        best = judged(now, path, view)
+        view = best.view
         if best.status == "certified":
-            return _going_on(now, replace(best, rounds=made))
-    return replace(_least_risk(now, seen, best), rounds=made)
+            return _going_on(now, best)
+    return replace(_least_risk(now, view, best), rounds=view[2])
 
 
-def judged(now: Situation, path: Path, seen: Forecast | None) -> Outcome:
-    """Judge a path under the prediction that it induces; `seen` is used where it was made for the same path."""
-    known = seen if seen is not None and seen.foretells(path) else None
-    after = now.foresee(path) if known is None else known
-    problem = now.problem_under(after)
+def judged(now: Situation, path: Path, view: View) -> Outcome:
+    """Judge a path under the prediction that it induces; the one in `view` is used where it was made for this path."""
+    seen, problem, made = view
+    if not seen.foretells(path):
+        seen = now.foresee(path)
+        problem, made = now.problem_under(seen), made + 1
     risk = problem.risk_along(path)
     certified = problem.allows(path, risk)
     return Outcome(
@@ -89,8 +105,9 @@ def judged(now: Situation, path: Path, seen: Forecast | None) -> Outcome:
         status="certified" if certified else "least_risk",
         risk=risk,
         cost=problem.cost(path, risk),
-        foreseen=after,
-        rounds=1 if known is None else 0,
+        foreseen=seen,
+        problem=problem,
+        rounds=made,
         stoppable=certified or problem.can_stop(path),
     )
 
@@ -111,18 +128,19 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
     gained = open_way - now.distance(safe.path[-1])
     if gained >= _GIVEN_UP * min(reach, open_way) - _AT_GOAL:
         return safe
-    path = _motion(now, replace(now.problem_under(safe.foreseen), graded=True))
+    path = _motion(now, replace(safe.problem, graded=True))
     if path is None:
         return safe
-    onward = judged(now, path, safe.foreseen)
+    onward = judged(now, path, safe.view)
     first = np.diff(path[:2], axis=0) / now.settings.time_step
     kept = onward.risk[: 2 * steps].max() <= now.settings.risk_limit
-    if not kept or not np.isfinite(now.problem_under(onward.foreseen).first_step_costs(first)[0]):
+    if not kept or not np.isfinite(onward.problem.first_step_costs(first)[0]):
         return safe
-    return min(safe, replace(onward, rounds=safe.rounds + onward.rounds), key=lambda outcome: _price(now, outcome))
+    return min(safe, onward, key=_price)
 
 
 def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
+    now.check()
     found = search(problem, outlook=now.outlook)
     if not found.feasible:
         return None
@@ -130,20 +148,19 @@ def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
     return polish(problem, found, late=now.late).path if now.settings.polish else found.path
 
 
-def _least_risk(now: Situation, seen: Forecast, best: Outcome | None) -> Outcome:
+def _least_risk(now: Situation, view: View, best: Outcome | None) -> Outcome:
     """The cheapest of the graded plan, the last uncertified one, and standing; each judged under its own effect."""
-    graded = _motion(now, replace(now.problem_under(seen), graded=True))
+    graded = _motion(now, replace(view[1], graded=True))
     outcomes = [] if best is None else [best]
     if graded is not None:
-        outcomes.append(judged(now, graded, seen))
+        outcomes.append(judged(now, graded, view))
         if outcomes[-1].status == "certified":
             return outcomes[-1]
-    outcomes.append(judged(now, now.standing(), seen))
-    return min(outcomes, key=lambda outcome: _price(now, outcome))
+    outcomes.append(judged(now, now.standing(), view))
+    return min(outcomes, key=_price)
 
 
-def _price(now: Situation, outcome: Outcome) -> float:
+def _price(outcome: Outcome) -> float:
     """What a motion costs where no risk is forbidden and all of it is charged."""
-    problem = replace(now.problem_under(outcome.foreseen), graded=True)
-    price = problem.cost(outcome.path, outcome.risk)
+    price = replace(outcome.problem, graded=True).cost(outcome.path, outcome.risk)
     return price if np.isfinite(price) else np.inf

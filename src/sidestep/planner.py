@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
-from copy import copy, deepcopy
+from copy import copy
 from dataclasses import fields, replace
 from functools import lru_cache
 from itertools import product
@@ -139,9 +139,9 @@ class Planner:
 
     def twin(self) -> Planner:
         """Return a planner that knows what this one knows; from here on each learns and plans for itself."""
-        other = copy(self)
-        other._minds = dict(self._minds)
-        other._outlook, other._pace = deepcopy(self._outlook), deepcopy(self._pace)
+        other = object.__new__(type(self))
+        changed = {"_minds": dict(self._minds), "_outlook": copy(self._outlook), "_pace": copy(self._pace)}
+        other.__dict__.update(self.__dict__ | changed)
         return other
 
     def step(
@@ -365,7 +365,7 @@ def _reason(outcome: Outcome, settings: PlannerSettings, risk: FloatArray) -> st
     """Plain words for the status."""
     near = len(outcome.foreseen.near)
     whom = "nobody" if near == 0 else "1 person" if near == 1 else f"{near} people"
-    worst = float(risk.max())
+    worst = max(risk.tolist())
     if outcome.status == "certified":
         return f"every limit holds with {whom} in reach; highest risk {worst:.2g} of {settings.risk_limit:g}"
     if not outcome.stoppable:

@@ -132,17 +132,22 @@ class Subject:
         mind, around = self.mind, self.around
         return Ground.of(mind.model, self.lattice, mind.goals, around.horizon, around.time_step, self.free)
 
+    @lazy
+    def reach(self) -> float:
+        """Metres from the robot beyond which the two cannot come within clearance during the horizon."""
+        around, mind = self.around, self.mind
+        time = around.horizon * around.time_step
+        walk = mind.model.reach * self.lattice.spacing * around.horizon * math.sqrt(mind.position.size)
+        blur = 0.0 if self.spread is None else 5.0 * float(self.spread[1][-1].max())
+        return walk + around.robot_speed * time + max(self.clearance, self.contact + NEAR_MARGIN) + blur
+
     def matters(self, start: FloatArray) -> bool:
         """Return whether the person can come within clearance of the robot at all during the horizon.
 
         If not, the risk field is exactly zero wherever the robot can be, and nobody needs to be predicted.
         """
-        around, mind = self.around, self.mind
-        time = around.horizon * around.time_step
-        walk = mind.model.reach * self.lattice.spacing * around.horizon * math.sqrt(mind.position.size)
-        blur = 0.0 if self.spread is None else 5.0 * float(self.spread[1][-1].max())
-        reach = walk + around.robot_speed * time + max(self.clearance, self.contact + NEAR_MARGIN) + blur
-        return not math.dist(mind.position, start) > reach  # where that is no number, nobody can tell
+        apart = math.dist(self.mind.position.tolist(), start.tolist())
+        return not apart > self.reach  # where that is no number, nobody can tell
 
     def predicted(self, path: Path, workspace: Workspace) -> Prediction:
         """Predict the person, the robot moving along `path` ((≥ N + M + 1, d) m)."""

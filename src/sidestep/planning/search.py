@@ -37,7 +37,7 @@ class Outlook:
 
     def saw(self, graded: bool, needed: float) -> None:
         """Remember by how much what was found costs more than the cheapest without risk; inf: there was nothing."""
-        self._needed[graded] = needed
+        self._needed = self._needed | {graded: needed}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,10 +72,9 @@ def search(problem: PlanningProblem, maps: SearchMaps | None = None, outlook: Ou
     limit = 0.5 if problem.rule == "cells" else problem.risk_limit
     result = _solve(problem, maps, limit, problem.soft_risk_weight, outlook)
     for _ in range(2):
-        worst = float(result.risk.max(initial=0.0))
         if problem.graded or not result.feasible or respects(result.risk, problem.rule, problem.risk_limit):
             return result
-        limit *= min(0.8, limit / worst)
+        limit *= min(0.8, limit / float(result.risk.max(initial=0.0)))
         result = _solve(problem, result.maps, limit, problem.soft_risk_weight, outlook)
     if not respects(result.risk, problem.rule, problem.risk_limit):
         return replace(result, feasible=False, cost=math.inf)

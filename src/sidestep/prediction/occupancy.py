@@ -252,7 +252,7 @@ def predict_on(
 
 def _worth_following(joint: FloatArray) -> FloatArray:
     """Return the weights without those that sum to at most `UNFOLLOWED`; the others make up for them."""
-    if joint.min() > UNFOLLOWED / joint.size:
+    if all(weight > UNFOLLOWED / joint.size for weight in joint.ravel().tolist()):
         return joint
     kept = np.where(joint > UNFOLLOWED / joint.size, joint, 0.0)
     return kept * (joint.sum() / kept.sum())

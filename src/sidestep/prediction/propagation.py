@@ -110,7 +110,7 @@ class Scene:
 
     def unmoved(self, goal: int) -> bool:
         """Whether the robot provably changes nothing that a person with this goal does."""
-        return not self._policies[goal].differs.any()
+        return not any(self._policies[goal].differs.tolist())
 
     def first_actions(self, goal: int, beta: float, actions: FloatArray) -> None:
         """Write P(u | x; goal, β) at the anchor now into `actions` (n,)."""
@@ -158,7 +158,7 @@ class Scene:
         return goal == known and begin <= first and last <= end and heeded >= minding
 
     def _concerned(self, policy: GoalPolicy, first: int, last: int) -> Choices:
-        if not policy.differs[first:last].any():
+        if not any(policy.differs[first:last].tolist()):
             return self._constants.nobody
         ground = self._ground
         radii = [ground.grid.reach * k for k in range(ground.horizon)]

@@ -7,9 +7,11 @@ something else; so long there is nothing to plan twice.
 from __future__ import annotations
 
 import math
-import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from sidestep.human.observation import PersonObservation
 from sidestep.planning.plan import Plan
@@ -22,6 +24,8 @@ from sidestep.simulation.scenario import Scenario
 if TYPE_CHECKING:
     from sidestep.planner import Planner
 
+_OF_ROBOTS = tuple(f.name for f in fields(RobotState))
+_OF_PEOPLE = tuple(f.name for f in fields(PersonObservation))
 _SEEN_BY_PEOPLE = {"people", "seed", "name", "description"}  # settings that no planner is told
 
 
@@ -58,7 +62,7 @@ class _Family:
     def __init__(self, planner: Planner) -> None:
         self.newborn = planner
         self._time = -math.inf
-        self._known: dict[tuple[Planner, bytes], tuple[Planner, Plan]] = {}
+        self._known: dict[Hashable, tuple[Planner, Plan]] = {}
 
     def plan(
         self, planner: Planner, time: float, robot: RobotState, people: Sequence[PersonObservation]
@@ -66,11 +70,17 @@ class _Family:
         """Return the plan, and the planner that has made it; the one that is given stays as it is."""
         if time != self._time:  # all runs go in step, so nobody comes back to an earlier instant
             self._known, self._time = {}, time
-        told = planner, pickle.dumps((robot, people))
+        told = planner, (_content(robot, _OF_ROBOTS), *(_content(person, _OF_PEOPLE) for person in people))
         if told not in self._known:
             twin = planner.twin()
             self._known[told] = twin, twin.step(time=time, robot=robot, people=people)
         return self._known[told]
+
+
+def _content(value: RobotState | PersonObservation, names: tuple[str, ...]) -> Hashable:
+    """What a value holds, to the last bit."""
+    held = (getattr(value, name) for name in names)
+    return tuple((x.shape, x.tobytes()) if isinstance(x, np.ndarray) else x for x in held)
 
 
 class _Member:

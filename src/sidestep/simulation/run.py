@@ -178,7 +178,7 @@ class Run:
         motion = self._in_force
         self.recorder.step(motion, motion.status, planning_time=self.spent, age=now - self.planned_at, planned=planned)
         if self.on_step is not None:
-            distance = math.dist(self.state.position, self.goal)
+            distance = math.dist(self.state.position.tolist(), self.goal.tolist())
             self.on_step(
                 Step(
                     index=self.index,
@@ -202,9 +202,10 @@ class Run:
     def _arrived(self, state: RobotState) -> bool:
         """Whether a robot in this state is at its goal: its middle, or the point that follows the plan."""
         followed = self.robot.reference(state)
-        away = math.dist(followed, self.goal)
+        goal = self.goal.tolist()
+        away = math.dist(followed.tolist(), goal)
         if followed is not state.position:
-            away = min(away, math.dist(state.position, self.goal))
+            away = min(away, math.dist(state.position.tolist(), goal))
         return away <= self.scenario.robot.goal_tolerance
 
     @property
