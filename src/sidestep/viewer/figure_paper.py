@@ -80,7 +80,8 @@ def indices_figure(curves: Mapping[str, Mapping[str, Band]], horizons: Sequence[
             )
             axes.fill_between(horizons, low, high, color=colour, alpha=0.2, linewidth=0)
         style_axes(axes, x="horizon N (steps)", y=f"{index} ({unit})")
-        axes.set_ylim(bottom=0)
+        highest = axes.dataLim.y1
+        axes.set_ylim(0.0, 1.15 * highest if highest > 0 else None)  # the margin is of the height, not of the spread
         axes.set_xticks(list(horizons)[1::2])
     figure.legend(
         *figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, fontsize=SMALL, frameon=False
