@@ -57,9 +57,11 @@ def run(
         _check_messages(chosen, messages)
     from sidestep.commands.progress import watched  # heavy: after everything that may be wrong with the input
     from sidestep.commands.summary import rows, summary
+    from sidestep.compiling import helped
     from sidestep.simulation.metrics import measure
 
-    record = watched(chosen, recording)
+    with helped():
+        record = watched(chosen, recording)
     metrics = measure(record)
     if not record.status:
         say("interrupted before the first step was done; nothing is kept")

@@ -14,6 +14,7 @@ itself: then Eq. 5's Boltzmann form is kept as it is.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import reduce
 
@@ -61,7 +62,7 @@ class GoalPolicy:
         """Whether `sweep_near` may be asked, and may be worth it."""
         enough = len(self.differs) * self.intent.grid.steps >= NEAR_FROM
         product = self.costs.danger_axes.shape[1] > 1 and self.costs.danger_table.size == 0
-        return enough and product and self.intent.grid.dimension == 2 and np.isinf(self.intent.rationality)
+        return enough and product and self.intent.grid.dimension == 2 and math.isinf(self.intent.rationality)
 
     def sweep_near(self, lead: int, scratch: NearScratch, choices: Choices) -> bool:
         """Write what `sweep` does with danger for all policies that differ; False: felt in too many places for it."""

@@ -11,7 +11,7 @@ import numpy as np
 from sidestep._kernels.search import cheapest_path
 from sidestep.planning.problem import PlanningProblem, respects
 from sidestep.planning.search_maps import SearchMaps, again, prepare, within
-from sidestep.types import FloatArray, Path, frozen_array
+from sidestep.types import FloatArray, Path, frozen_array, sealed
 
 ENOUGH = 16.0
 """How many times wider a second look may be to be the last one."""
@@ -126,7 +126,7 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
 def _look(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float, path: Path) -> float:
     """One backward induction over what the maps hold: its cost, and `path` (N+1, d) m written."""
     share, rasters = problem.half_share, maps.rasters
-    steep = share * problem.excess_weights if problem.graded else _forbidding(problem.horizon)
+    steep = sealed(share * problem.excess_weights) if problem.graded else _forbidding(problem.horizon)
     return cheapest_path(
         problem.start, maps.spacing, problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first,
         maps.stage, maps.terminal, maps.blocked, maps.blocked_halfway, rasters.values, rasters.starts, rasters.some,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -55,7 +56,7 @@ class Ground:
         steps, lead = look_ahead(model, horizon)
         reach = model.reach
         if dtype is None:
-            dtype = np.float32 if horizon * steps >= SINGLE_FROM and np.isinf(model.rationality) else np.float64
+            dtype = np.float32 if horizon * steps >= SINGLE_FROM and math.isinf(model.rationality) else np.float64
         grid = CostGrid(
             lattice=lattice,
             time_step=time_step,

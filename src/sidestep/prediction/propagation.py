@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -174,7 +175,7 @@ class Scene:
         intent = self._ground.intents[goal]
         if intent.tables.size > 0:
             return self._constants.nobody
-        if np.isinf(intent.rationality):
+        if math.isinf(intent.rationality):
             return self._ground.calm(goal, self._space)
         room = self._room(intent, [intent.grid.reach * (last - 1)], 0, 1)
         return undisturbed(intent, self._ground.horizon, self._space.values(intent.grid), room)
@@ -183,7 +184,7 @@ class Scene:
         """Masks from the workspace, or odds for the policies first ≤ k < last alone."""
         d, reach = intent.grid.dimension, intent.grid.reach
         words = words_of(reach, d)
-        if np.isinf(intent.rationality):
+        if math.isinf(intent.rationality):
             return self._space.choices(radii, d, words, intent.layers)
         sizes = [(2 * r + 1) ** d if first <= k < last else 0 for k, r in enumerate(radii)]
         ends = np.cumsum(np.array(sizes, dtype=np.int64))
@@ -192,7 +193,7 @@ class Scene:
 
     def _stretches(self, intent: Intent) -> list[tuple[int, int]]:
         horizon = self._ground.horizon
-        if np.isinf(intent.rationality):
+        if math.isinf(intent.rationality):
             return [(0, horizon)]
         reach, d = self.given.reach, self.given.dimension
         cells = (2 * reach * np.arange(horizon) + 1) ** d

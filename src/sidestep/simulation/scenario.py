@@ -146,7 +146,7 @@ _HUMAN: TypeAdapter[HumanModel] = TypeAdapter(HumanModel)
 
 def _plain(value: Any) -> Any:
     """Lists for tuples and words for infinity, which JSON does not know."""
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return {str(key): _plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(inner) for inner in value]
