@@ -21,7 +21,7 @@ HUMANS = ("concerned", "unconcerned")
 HORIZONS = tuple(range(1, 11))
 LAB_HORIZON = 2  # N_R of Section V
 SWEEP_HORIZONS = (1, 4, 5, 7, 10)  # those that claims name; a whole curve at every place would take an hour
-PIECE = 50  # seeds that are done, kept and lost together
+PIECE = 20  # seeds that are done, kept and lost together
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
