@@ -138,7 +138,10 @@ class Planner:
         self._time = self._informed = -math.inf
 
     def twin(self) -> Planner:
-        """Return a planner that knows what this one knows; from here on each learns and plans for itself."""
+        """Return a planner that knows what this one knows; from here on each learns and plans for itself.
+
+        The two share scratch space: one may not be asked while the other is planning.
+        """
         other = object.__new__(type(self))
         changed = {"_minds": dict(self._minds), "_outlook": copy(self._outlook), "_pace": copy(self._pace)}
         other.__dict__.update(self.__dict__ | changed)
