@@ -39,8 +39,9 @@ _HELP = "from sidestep.compiling import rehearse_backwards; rehearse_backwards()
 
 
 def compiled() -> bool:
-    """Whether numba's cache holds what is compiled last."""
-    return any(Path(str(weigh_action.stats.cache_path)).glob("evidence.weigh_action-*.nbi"))
+    """Whether numba's cache holds what is compiled last, or keeps nothing (then a second process is of no help)."""
+    folder = getattr(getattr(weigh_action, "stats", None), "cache_path", None)  # NUMBA_DISABLE_JIT
+    return folder is None or any(Path(folder).glob("evidence.weigh_action-*.nbi"))
 
 
 @contextmanager
