@@ -9,7 +9,7 @@ import pytest
 
 from sidestep.errors import InvalidInput, MissingExtra
 from sidestep.io.checkpoints import Checkpoints
-from sidestep.studies.engines import WorkersLost, length, run_kept, run_kept_together, run_pieces
+from sidestep.studies.engines import WorkersLost, each, length, run_kept, run_pieces
 
 
 def square(x):
@@ -101,11 +101,11 @@ def squares(piece):
 def test_what_is_kept_is_not_done_again(tmp_path):
     pieces, store, told = [Numbers(k, k + 3) for k in (0, 3, 6)], Checkpoints(tmp_path), []
     store.keep("3-6", ["kept"])
-    found = run_kept(squares, pieces, store=store, size=length, progress=lambda *so_far: told.append(so_far))
+    found = run_kept(each(squares), pieces, store=store, size=length, progress=lambda *so_far: told.append(so_far))
     assert found == {"0-3": [0, 1, 4], "3-6": ["kept"], "6-9": [36, 49, 64]}
     assert told == [(6, 9), (9, 9)]
     assert store.load("6-9") == [36, 49, 64]
-    assert run_kept(squares, pieces[:1], store=None, size=length) == {"0-3": [0, 1, 4]}
+    assert run_kept(each(squares), pieces[:1], store=None, size=length) == {"0-3": [0, 1, 4]}
 
 
 def counted(group):
@@ -115,13 +115,15 @@ def counted(group):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_is_left_of_a_group_is_worked_at_together_and_kept_apart(tmp_path, workers):
     pytest.importorskip("joblib")
-    groups = [[Numbers(0, 1), Numbers(1, 2), Numbers(2, 3)], [Numbers(3, 4)], [Numbers(4, 5)]]
+    pieces = [Numbers(k, k + 1) for k in range(5)]
     store, told = Checkpoints(tmp_path), []
     for name in ("1-2", "3-4"):
         store.keep(name, ["kept"])
-    found = run_kept_together(
-        counted, groups, store=store, size=length, workers=workers, progress=lambda *so_far: told.append(so_far)
-    )
+    found = run_kept(
+        counted, pieces, store=store, size=length, workers=workers,
+        together=lambda piece: piece.start if piece.start > 2 else "first",
+        progress=lambda *so_far: told.append(so_far),
+    )  # fmt: skip
     assert found == {"0-1": [2], "1-2": ["kept"], "2-3": [2], "3-4": ["kept"], "4-5": [1]}
     assert told == [(3, 5), (4, 5), (5, 5)]
     assert store.load("2-3") == [2]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sidestep.io.checkpoints import Checkpoints
-from sidestep.studies.engines import WorkersLost, length, run_kept, run_pieces
+from sidestep.studies.engines import WorkersLost, each, length, run_kept, run_pieces
 from sidestep.studies.evaluate import Piece, evaluate, work
 
 pytestmark = pytest.mark.slow
@@ -75,13 +75,13 @@ def test_a_study_whose_workers_were_killed_goes_on_where_it_was(tmp_path):
     marker.touch()
     pieces = [Deadly(k, k + 2, str(marker)) for k in (0, 2, 4)]
     with pytest.raises(WorkersLost, match="run the same command again"):
-        run_kept(episodes_unless_deadly, pieces, store=store, size=length, workers=1, engine="ray")
+        run_kept(each(episodes_unless_deadly), pieces, store=store, size=length, workers=1, engine="ray")
     assert store.load("0-2") is not None  # what was finished is kept
     assert store.load("2-4") is None
     marker.unlink()
     told = []
     found = run_kept(
-        episodes_unless_deadly, pieces, store=store, size=length, workers=2, engine="ray",
+        each(episodes_unless_deadly), pieces, store=store, size=length, workers=2, engine="ray",
         progress=lambda *so_far: told.append(so_far),
     )  # fmt: skip
     assert len(told) == 2  # the first piece was not run again

@@ -9,6 +9,7 @@ limit and mildly below it, so that there is no switch from driving to braking.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +24,12 @@ _GIVEN_UP = 0.5  # a motion that gains less than this share of the open way give
 _AT_GOAL = 0.01  # m, within which there is no way left to give up
 
 
-View = tuple[Forecast, PlanningProblem, int]
-"""What is foreseen, Eq. 9 under it, and how many predictions were made until then."""
+class View(NamedTuple):
+    """What is foreseen, Eq. 9 under it, and how many predictions were made until then."""
+
+    seen: Forecast
+    problem: PlanningProblem
+    made: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,7 +58,7 @@ class Outcome:
     @property
     def view(self) -> View:
         """What this motion was judged under."""
-        return self.foreseen, self.problem, self.rounds
+        return View(self.foreseen, self.problem, self.rounds)
 
 
 def climb(now: Situation, anticipated: Path) -> Outcome:
@@ -66,38 +71,37 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
     Raises:
         OutOfTime: the deadline of the situation is near.
     """
-    seen = now.foresee(anticipated)
-    view: View = seen, now.problem_under(seen), 1
+    view = _induced(now, anticipated, 0)
     best: Outcome | None = None
     for path in now.wished():
         outcome = judged(now, path, view)
         if outcome.status == "certified":
             return outcome
-        view = *view[:2], outcome.rounds
-    del seen
+        view = view._replace(made=outcome.rounds)
     for _ in range(now.settings.rounds):
-        path = _motion(now, view[1])
+        path = _motion(now, view.problem)
         if path is None:
             break
-        if not view[0].foretells(path):
-            made = view[2]
+        if not view.seen.foretells(path):
+            made = view.made
             del view, best  # what is no longer needed goes before as much is made anew; at N = 50 that is 40 MB
-            seen = now.foresee(path)
-            view = seen, now.problem_under(seen), made + 1
-            del seen
+            view = _induced(now, path, made)
         best = judged(now, path, view)
         view = best.view
         if best.status == "certified":
             return _going_on(now, best)
-    return replace(_least_risk(now, view, best), rounds=view[2])
+    return replace(_least_risk(now, view, best), rounds=view.made)
+
+
+def _induced(now: Situation, path: Path, made: int) -> View:
+    """What people will do if the robot moves along `path`, after `made` predictions."""
+    seen = now.foresee(path)
+    return View(seen, now.problem_under(seen), made + 1)
 
 
 def judged(now: Situation, path: Path, view: View) -> Outcome:
     """Judge a path under the prediction that it induces; the one in `view` is used where it was made for this path."""
-    seen, problem, made = view
-    if not seen.foretells(path):
-        seen = now.foresee(path)
-        problem, made = now.problem_under(seen), made + 1
+    seen, problem, made = view if view.seen.foretells(path) else _induced(now, path, view.made)
     risk = problem.risk_along(path)
     certified = problem.allows(path, risk)
     return Outcome(
@@ -150,7 +154,7 @@ def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
 
 def _least_risk(now: Situation, view: View, best: Outcome | None) -> Outcome:
     """The cheapest of the graded plan, the last uncertified one, and standing; each judged under its own effect."""
-    graded = _motion(now, replace(view[1], graded=True))
+    graded = _motion(now, replace(view.problem, graded=True))
     outcomes = [] if best is None else [best]
     if graded is not None:
         outcomes.append(judged(now, graded, view))

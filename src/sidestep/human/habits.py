@@ -96,7 +96,7 @@ class Habits:
         """Whether somebody who walks is going elsewhere than to `goal` (d,) m."""
         way, velocity = goal - self.position, self.velocity
         far, pace = math.hypot(*way.tolist()), math.hypot(*velocity.tolist())
-        if pace < self.settings.standing_speed or far < pace:  # a second from it there is no telling
+        if self.slow or far < pace:  # a second from it there is no telling
             return False
         return float(way @ velocity) < math.cos(self.settings.off_course) * far * pace
 

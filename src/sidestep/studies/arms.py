@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sidestep.errors import InvalidInput, UnknownName
-from sidestep.studies.engines import Store, length, run_kept
+from sidestep.studies.engines import Store, each, length, run_kept
 from sidestep.types import FloatArray
 
 Row = dict[str, float]
@@ -116,7 +116,7 @@ def run_study(
         for arm in study.arms
         if k < study.count(arm, count)
     ]
-    found = run_kept(work, pieces, store=store, size=length, workers=workers, engine=engine, progress=progress)
+    found = run_kept(each(work), pieces, store=store, size=length, workers=workers, engine=engine, progress=progress)
     return {arm: _columns([row for p in pieces if p.arm == arm for row in found[p.name]]) for arm in study.arms}
 
 

@@ -25,7 +25,7 @@ from sidestep.simulation.crowd_people import crowd_kinds
 from sidestep.simulation.loop import simulate
 from sidestep.simulation.record import Record
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.engines import Store, length, run_kept
+from sidestep.studies.engines import Store, each, length, run_kept
 from sidestep.studies.statistics import calibration_bins, expected_calibration_error
 from sidestep.types import BoolArray, FloatArray, frozen_array
 
@@ -105,7 +105,7 @@ def calibration_study(
         for k in range(0, episodes, EPISODES_PER_PIECE)
     ]
     found = run_kept(
-        pairs_of_piece, pieces, store=store, size=length, workers=workers, engine=engine, progress=progress
+        each(pairs_of_piece), pieces, store=store, size=length, workers=workers, engine=engine, progress=progress
     )
     return {kind: _summary([found[p.name] for p in pieces if p.kind == kind]) for kind in kinds}
 

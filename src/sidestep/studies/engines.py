@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import partial
 from typing import Any, Protocol, TypeVar
 
@@ -66,11 +66,12 @@ def length(piece: Span) -> int:
 
 
 def run_kept(
-    work: Callable[[NamedPiece], tuple[NamedPiece, Any]],
+    work: Callable[[Sequence[NamedPiece]], Sequence[tuple[NamedPiece, Any]]],
     pieces: Sequence[NamedPiece],
     *,
     store: Store | None,
     size: Callable[[NamedPiece], int],
+    together: Callable[[NamedPiece], Hashable] | None = None,
     workers: int = 1,
     engine: str = "joblib",
     address: str | None = None,
@@ -79,60 +80,27 @@ def run_kept(
     """Run the pieces that are not in the store, keep each as it is finished, and return all results by name.
 
     Args:
-        work: as for `run_pieces`; returns the piece and what can be written as JSON.
+        work: as for `run_pieces`, of a group of pieces; returns each piece and what can be written as JSON. See `each`.
         pieces: independent of each other, each with a name of its own.
         store: where finished pieces are kept and looked for.
         size: how much of the work a piece is, for `progress`.
+        together: pieces for which this is equal are one group; None: each is worked at by itself.
         workers: and what follows as for `run_pieces`.
         engine: likewise.
         address: likewise.
         progress: called with (done, all) in units of `size`, after each piece.
     """
-    return run_kept_together(
-        partial(_one_by_one, work),
-        [[piece] for piece in pieces],
-        store=store,
-        size=size,
-        workers=workers,
-        engine=engine,
-        address=address,
-        progress=progress,
-    )
-
-
-def run_kept_together(
-    work: Callable[[Sequence[NamedPiece]], Sequence[tuple[NamedPiece, Any]]],
-    groups: Sequence[Sequence[NamedPiece]],
-    *,
-    store: Store | None,
-    size: Callable[[NamedPiece], int],
-    workers: int = 1,
-    engine: str = "joblib",
-    address: str | None = None,
-    progress: Callable[[int, int], object] | None = None,
-) -> dict[str, Any]:
-    """Do as `run_kept` does, with pieces of a group worked at together; each is kept by itself, whatever its group.
-
-    Args:
-        work: returns (piece, result) for each piece of what is left of a group.
-        groups: of pieces.
-        store: and what follows as for `run_kept`.
-        size: likewise.
-        workers: likewise.
-        engine: likewise.
-        address: likewise.
-        progress: likewise.
-    """
     found: dict[str, Any] = {}
-    left: list[Sequence[NamedPiece]] = []
-    for group in groups:
-        kept = {piece.name: None if store is None else store.load(piece.name) for piece in group}
-        found |= {name: result for name, result in kept.items() if result is not None}
-        if missing := [piece for piece in group if kept[piece.name] is None]:
-            left.append(missing)
-    everything = sum(size(piece) for group in groups for piece in group)
-    done = everything - sum(size(piece) for group in left for piece in group)
-    for finished in run_pieces(work, left, workers=workers, engine=engine, address=address):
+    left: dict[Hashable, list[NamedPiece]] = {}
+    for piece in pieces:
+        kept = None if store is None else store.load(piece.name)
+        if kept is not None:
+            found[piece.name] = kept
+        else:
+            left.setdefault(piece.name if together is None else together(piece), []).append(piece)
+    everything = sum(map(size, pieces))
+    done = everything - sum(size(piece) for group in left.values() for piece in group)
+    for finished in run_pieces(work, list(left.values()), workers=workers, engine=engine, address=address):
         for piece, result in finished:
             found[piece.name] = result
             if store is not None:
@@ -141,6 +109,13 @@ def run_kept_together(
             if progress is not None:
                 progress(done, everything)
     return found
+
+
+def each(
+    work: Callable[[NamedPiece], tuple[NamedPiece, Any]],
+) -> Callable[[Sequence[NamedPiece]], Sequence[tuple[NamedPiece, Any]]]:
+    """Return the work on a group of pieces that is `work` on one after another."""
+    return partial(_one_by_one, work)
 
 
 def _one_by_one(

@@ -10,7 +10,7 @@ import numpy as np
 
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.studies.conditions import conditions
-from sidestep.studies.engines import Store, length, run_kept
+from sidestep.studies.engines import Store, each, length, run_kept
 from sidestep.studies.episode import columns, histogram, run_episode
 from sidestep.studies.opponents import contestants
 from sidestep.types import FloatArray
@@ -122,7 +122,7 @@ def evaluate(
         for k in range(0, count, PIECE)
     ]
     found = run_kept(
-        work, pieces, store=store, size=length, workers=workers, engine=engine, address=address, progress=progress
+        each(work), pieces, store=store, size=length, workers=workers, engine=engine, address=address, progress=progress
     )
     return Evaluation(batches=_batches(pieces, found), seed=seed)
 

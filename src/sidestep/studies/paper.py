@@ -11,7 +11,7 @@ import numpy as np
 
 from sidestep.simulation.alike import planned_alike
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.engines import Store, length, run_kept_together
+from sidestep.studies.engines import Store, length, run_kept
 from sidestep.studies.paper_points import COLUMNS, WIDTHS, Change, Setting, Trial, run_trials
 from sidestep.types import FloatArray
 
@@ -160,16 +160,16 @@ def run_points(
         for s in settings
         for k in range(0, seeds, PIECE)
     ]
-    groups: dict[tuple[str, int], list[Piece]] = {}  # a planner cannot tell who it will meet: both kinds at once
-    for piece in pieces:
-        groups.setdefault((planned_alike(piece.scenario), piece.start), []).append(piece)
-    found = run_kept_together(
-        _work, list(groups.values()), store=store, size=length, workers=workers, progress=progress
-    )
+    found = run_kept(_work, pieces, store=store, size=length, together=_alike, workers=workers, progress=progress)
     gathered: dict[Setting, list[FloatArray]] = {s: [] for s in settings}
     for piece in pieces:
         gathered[piece.setting].append(np.array(found[piece.name], dtype=np.float64))
     return Points(values={s: np.concatenate(rows) for s, rows in gathered.items()})
+
+
+def _alike(piece: Piece) -> tuple[str, int]:
+    """A planner cannot tell whom it will meet: both kinds of people are run at once."""
+    return planned_alike(piece.scenario), piece.start
 
 
 def _work(group: Sequence[Piece]) -> list[tuple[Piece, list[list[float]]]]:

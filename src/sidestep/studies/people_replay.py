@@ -23,7 +23,7 @@ from sidestep.io.tracks import read_recordings
 from sidestep.obstacles import Obstacles
 from sidestep.simulation.recordings import Recording, Track
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.engines import Store, run_kept
+from sidestep.studies.engines import Store, each, run_kept
 from sidestep.studies.episode import columns, histogram, quantile, run_episode
 from sidestep.studies.opponents import contestants
 from sidestep.studies.statistics import clopper_pearson, upper_bound
@@ -98,7 +98,9 @@ def replay_study(
         for i, scenario in enumerate(chosen)
         for name in navigators
     ]
-    found = run_kept(travel, pieces, store=store, size=lambda _: 1, workers=workers, engine=engine, progress=progress)
+    found = run_kept(
+        each(travel), pieces, store=store, size=lambda _: 1, workers=workers, engine=engine, progress=progress
+    )
     ended: dict[str, list[tuple[list[float], FloatArray]]] = {name: [] for name in navigators}
     for piece in pieces:
         ended[piece.navigator].append((found[piece.name]["row"], np.array(found[piece.name]["times"])))
