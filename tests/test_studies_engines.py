@@ -9,7 +9,7 @@ import pytest
 
 from sidestep.errors import InvalidInput, MissingExtra
 from sidestep.io.checkpoints import Checkpoints
-from sidestep.studies.engines import WorkersLost, each, length, run_kept, run_pieces
+from sidestep.studies.engines import WorkersLost, each, length, processes, run_kept, run_pieces
 
 
 def square(x):
@@ -49,6 +49,13 @@ def test_workers_that_die_again_and_again_are_reported():
     pytest.importorskip("joblib")
     with pytest.raises(WorkersLost, match="run the same command again"):
         list(run_pieces(always_killed, [1, 2, 3], workers=2))
+
+
+def test_no_worker_is_not_taken_for_all_of_them():
+    assert processes(3) == 3
+    assert processes(None) >= 1
+    with pytest.raises(InvalidInput, match="workers: got 0; allowed: an integer ≥ 1; leave it out"):
+        processes(0)
 
 
 def test_bad_requests_are_named():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -67,9 +66,10 @@ def evaluate(
 
     from sidestep.commands.console import emit_json, plain, table
     from sidestep.io.files import ready_folder, ready_for, written
+    from sidestep.studies.engines import processes
 
     ready_for(page)
-    folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
+    folder, jobs = ready_folder(out), processes(workers)
     if people:
         from sidestep.commands.evaluate_people import DRIVERS, PeopleRequest, evaluate_people, name_of
         from sidestep.commands.evaluate_people_report import report

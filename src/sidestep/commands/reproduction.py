@@ -33,6 +33,7 @@ def make(
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.io.files import ready_for, written
     from sidestep.io.scenarios import load_scenario
+    from sidestep.studies.engines import processes
     from sidestep.studies.paper import PLACES, run_points, sweep
     from sidestep.studies.paper_table import CLAIMS
     from sidestep.studies.paper_verdicts import asked_by, chosen_claims, failing_claims, rows, with_regions
@@ -42,7 +43,7 @@ def make(
     chosen = chosen_claims(claims)
     bases = {label: load_scenario(label) for label in LABELS}
     store = Checkpoints(out / "points")
-    jobs = workers or os.cpu_count() or 1
+    jobs = processes(workers)
     settings = list(asked_by(chosen)) if claims else [s for place in PLACES for s in place.settings()]
     columns = asked_by(CLAIMS)  # whichever are chosen now: what is kept serves them all
     with progress_bar("runs of the paper") as tell:

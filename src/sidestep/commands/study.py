@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +38,12 @@ def study(
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.io.files import ready_folder, ready_for
     from sidestep.studies.arms import run_study, studies
+    from sidestep.studies.engines import processes
     from sidestep.viewer.figure_studies import study_figure
     from sidestep.viewer.figures import save_figure
 
     ready_for(page)
-    folder, jobs = ready_folder(out), workers or os.cpu_count() or 1
+    folder, jobs = ready_folder(out), processes(workers)
     with progress_bar(name) as tell:
         found = run_study(
             name,

@@ -124,6 +124,19 @@ def _one_by_one(
     return [work(piece) for piece in group]
 
 
+def processes(workers: int | None) -> int:
+    """Return how many processes to use: as asked for, or as many as this one may have cores.
+
+    Raises:
+        InvalidInput: fewer than one is asked for.
+    """
+    if workers is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if workers < 1:
+        raise InvalidInput("workers", workers, "an integer ≥ 1", "leave it out to use all cores")
+    return workers
+
+
 def run_pieces(
     work: Callable[[Piece], Result],
     pieces: Sequence[Piece],
@@ -145,8 +158,7 @@ def run_pieces(
         MissingExtra: the engine is not installed.
         WorkersLost: workers were killed more than three times in a row.
     """
-    if workers < 1:
-        raise InvalidInput("workers", workers, "an integer ≥ 1")
+    workers = processes(workers)
     if engine == "ray":
         yield from _with_ray(work, pieces, workers, address)
     elif engine != "joblib":
