@@ -113,13 +113,19 @@ def test_a_scan_without_geometry_is_refused(changes):
     assert messages.read_scan(scan_message([])) is None
 
 
-def test_poses_of_people_leave_out_what_is_no_number():
-    message = SimpleNamespace(
-        header=header(), poses=[namespace_pose(1, 2), namespace_pose(math.nan, 0), namespace_pose(3, 4)]
-    )
-    people = messages.read_pose_array(message)
+def test_poses_of_people_have_no_identity_and_need_no_heading():
+    poses = [namespace_pose(1, 2, (math.nan, 0.0, 0.0, 1.0)), namespace_pose(3, 4)]
+    people = messages.read_pose_array(SimpleNamespace(header=header(), poses=poses))
+    assert people is not None
     assert people.ids is None
     assert people.positions.tolist() == [[1, 2], [3, 4]]
+
+
+@pytest.mark.parametrize("nowhere", [math.nan, math.inf])
+def test_people_of_whom_one_is_nowhere_are_not_people_without_that_one(nowhere):
+    poses = [namespace_pose(1, 2), namespace_pose(nowhere, 0)]
+    assert messages.read_pose_array(SimpleNamespace(header=header(), poses=poses)) is None
+    assert messages.read_markers(SimpleNamespace(markers=[marker(1, 2), marker(0, nowhere, number=1)])) is None
 
 
 def marker(x, y, *, number=0, ns="", kind=3, action=0, frame="odom"):

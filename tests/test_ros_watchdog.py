@@ -37,6 +37,19 @@ def test_it_is_content_until_the_timeout_and_then_names_the_input_and_its_age():
     assert dog.complaint(11.1, 0.6) == ""
 
 
+def test_what_comes_and_cannot_be_used_is_missing_and_named():
+    dog = fed(10.0)
+    dog.refused("scan")
+    dog.fed("odom", now=11.0)
+    assert dog.complaint(10.4, 0.0) == ""
+    assert dog.complaint(11.0, 0.5).startswith("no scan for 1.0 s; 1 came that could not be used: not finite, or")
+    dog.fed("scan", now=11.0)
+    assert dog.complaint(12.0, 1.0) == "no odom for 1.0 s"
+    dog.clear()
+    dog.refused("odom")
+    assert dog.complaint(12.0, 1.0).startswith("no odom yet; 1 came that")
+
+
 def test_old_messages_at_full_rate_do_not_pass_for_a_sensor_that_works():
     assert "0.9 s behind now" in fed(10.0, stamp=9.1).complaint(10.0, 0.0)
 

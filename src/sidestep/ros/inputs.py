@@ -109,6 +109,7 @@ class Inputs:
             pose = None if odometry is None else self._frames.note(odometry, time)
             if odometry is None or pose is None:
                 self._refused["odom"] += 1
+                self._watchdog.refused("odom")
                 return
             turn = Pose2(yaw=pose.yaw - odometry.pose.yaw).rotation  # from the odometry's frame into the planning frame
             self._robot = _Robot(time=time, pose=pose, velocity=turn @ odometry.velocity, turn_rate=odometry.turn_rate)
@@ -235,5 +236,6 @@ class Inputs:
                 self._watchdog.fed(self._eyes, now=now, stamp=stamp)
             else:
                 self._refused[self._eyes] += 1
+                self._watchdog.refused(self._eyes)
         if good:
             self.looked.set()

@@ -7,6 +7,7 @@ in any way a driver can be wrong; a message that cannot be used gives None, neve
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -160,10 +161,11 @@ def read_scan(message: Any) -> LaserScan | None:
     )
 
 
-def read_pose_array(message: Any) -> People:
-    """geometry_msgs/PoseArray: people without identity; entries that are not finite are left out."""
-    places = [_pose(pose) for pose in message.poses]
-    positions = np.array([p.position for p in places if p.finite], dtype=np.float64).reshape(-1, 2)
+def read_pose_array(message: Any) -> People | None:
+    """geometry_msgs/PoseArray: people without identity. None when somebody is there, but nobody can say where."""
+    positions = _places(message.poses)
+    if positions is None:
+        return None
     return People(
         time=seconds_of(message.header.stamp), frame=_name(message.header.frame_id), ids=None, positions=positions
     )
@@ -172,19 +174,19 @@ def read_pose_array(message: Any) -> People:
 def read_markers(message: Any) -> People | None:
     """visualization_msgs/MarkerArray: one body (cube, sphere, cylinder, mesh) per person, identity from ns and id.
 
-    Text, arrows and removals are skipped. None when bodies disagree about their frame. An array without any body says
-    that nobody is there; it then has neither stamp nor frame.
+    Text, arrows and removals are skipped. None when bodies disagree about their frame, or one is nowhere. An array
+    without any body says that nobody is there; it then has neither stamp nor frame.
     """
     bodies = [m for m in message.markers if int(m.action) == _ADD and int(m.type) in _BODIES]
-    bodies = [m for m in bodies if _pose(m.pose).finite]
+    positions = _places([m.pose for m in bodies])
     frames = {_name(m.header.frame_id) for m in bodies}
-    if len(frames) > 1:
+    if positions is None or len(frames) > 1:
         return None
     return People(
         time=max((seconds_of(m.header.stamp) for m in bodies), default=0.0),
         frame=frames.pop() if frames else "",
         ids=tuple(f"{m.ns}/{int(m.id)}" if m.ns else str(int(m.id)) for m in bodies),
-        positions=np.array([_pose(m.pose).position for m in bodies], dtype=np.float64).reshape(-1, 2),
+        positions=positions,
     )
 
 
@@ -213,6 +215,13 @@ def read_transform(message: Any) -> Pose2 | None:
     move = message.transform.translation
     pose = Pose2(float(move.x), float(move.y), yaw_of(message.transform.rotation))
     return pose if pose.finite else None
+
+
+def _places(poses: Iterable[Any]) -> FloatArray | None:
+    """(P, 2) m; None where one is no place."""
+    places = [(float(pose.position.x), float(pose.position.y)) for pose in poses]
+    positions = np.array(places, dtype=np.float64).reshape(-1, 2)
+    return positions if np.isfinite(positions).all() else None
 
 
 def _pose(message: Any) -> Pose2:

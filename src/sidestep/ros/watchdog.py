@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 
 
@@ -51,6 +51,7 @@ class Watchdog:
         self._timeout = timeout
         self._arrivals: dict[str, Beat] = {}
         self._stamps: dict[str, float] = {}
+        self._useless: Counter[str] = Counter()  # since the last one that could be used
         self._clock = -math.inf
         self._moved = -math.inf
 
@@ -63,6 +64,11 @@ class Watchdog:
         """Input `name` arrived at `now`, stamped `stamp` (s; 0: no stamp)."""
         self._arrivals.setdefault(name, Beat()).beat(now)
         self._stamps[name] = stamp
+        self._useless[name] = 0
+
+    def refused(self, name: str) -> None:
+        """Input `name` arrived and could not be used: it is as missing as before, and that is why."""
+        self._useless[name] += 1
 
     def age(self, name: str, now: float) -> float:
         """Age of the latest `name` in s; inf when there was none."""
@@ -96,13 +102,16 @@ class Watchdog:
         """Forget all arrivals, as when the clock jumps back."""
         self._arrivals.clear()
         self._stamps.clear()
+        self._useless.clear()
 
     def _late(self, name: str, now: float) -> str:
+        came = self._useless[name]
+        useless = f"; {came} came that could not be used: not finite, or in an unknown frame" if came else ""
         if name not in self._arrivals:
-            return f"no {name} yet"
+            return f"no {name} yet{useless}"
         since = self._arrivals[name].since(now)
         if since > self._timeout:
-            return f"no {name} for {since:.1f} s"
+            return f"no {name} for {since:.1f} s{useless}"
         ahead = self._stamps[name] - now
         if self._stamps[name] > 0 and abs(ahead) > self._timeout:
             side = "ahead of" if ahead > 0 else "behind"
