@@ -90,6 +90,18 @@ def test_free_is_distance_at_least_margin(place, margin):
             assert bool(walls.free(place, margin)) == (gap > 0)
 
 
+@given(bearing=st.floats(-math.pi, math.pi), away=st.floats(0.0, 9.0), mapped=st.booleans())
+def test_samples_bound_the_distance_near_walls_and_far_from_them(bearing, away, mapped):
+    walls = Obstacles(grid=some_grid()) if mapped else Obstacles(polygons=[HOOK])
+    x, y = 1.0 + 10.0**away * math.cos(bearing), 1.0 + 10.0**away * math.sin(bearing)
+    *_, samples, corner = walls.shapes
+    least, most = kernels.distance_bounds(x, y, samples, corner)
+    distance = float(walls.distance((x, y)))
+    assert least <= distance + 1e-6
+    assert most >= distance - 1e-6
+    assert least >= 0.5 * (distance - 10.0)  # far away the steps along a segment are as long as it is far
+
+
 @given(
     x=st.floats(-8, 10), y=st.floats(-8, 10), spacing=st.floats(0.02, 0.5), margin=st.floats(-0.3, 4.0),
     half=st.sampled_from([(0, 3, 25), (0, 17, 8), (6, 9, 2)]), mapped=st.booleans(),

@@ -45,6 +45,16 @@ def test_lines_pass_through_the_cells_that_dense_points_meet(seed):
         assert (found & ~expected).sum() <= 2
 
 
+@given(seed=SEEDS)
+def test_a_line_to_a_place_beyond_reckoning_ends_with_the_grid(seed):
+    rng = np.random.default_rng(seed)
+    origin, bearing = rng.uniform(0, 4, 2), rng.uniform(-np.pi, np.pi)
+    way = np.array([np.cos(bearing), np.sin(bearing)])
+    near = traversed(origin, (origin + 9.0 * way)[None], np.zeros(2), 0.5, (8, 8))
+    far = traversed(origin, (origin + 1e12 * way)[None], np.zeros(2), 0.5, (8, 8))
+    assert np.all(near == far) or (near ^ far).sum() <= 2  # a corner may be cut on one side or the other
+
+
 def test_a_line_along_an_axis_meets_each_cell_once():
     grid = traversed(np.array([0.25, 0.25]), np.array([[3.25, 0.25], [0.25, 1.75]]), np.zeros(2), 0.5, (8, 8))
     assert np.argwhere(grid).tolist() == [[0, 0], [0, 1], [0, 2], [0, 3]] + [[i, 0] for i in range(1, 7)]

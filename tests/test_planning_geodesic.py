@@ -132,3 +132,10 @@ def test_kernel_without_compilation_agrees():
     points = np.random.default_rng(3).uniform(-6, 9, (20, 2))
     arguments = (points, FIELD.values, FIELD.corner, FIELD.spacing, FIELD.goal)
     assert kernels.interpolate.py_func(*arguments) == pytest.approx(kernels.interpolate(*arguments))
+
+
+@pytest.mark.parametrize("goal", [(30.0, 20.0), (1e4, 2.0), (0.0, 1e9)])
+def test_the_raster_grows_no_finer_than_it_may_however_far_the_goal(goal):
+    field = distance_to_goal(Obstacles(polygons=[[(0, 0), (1, 0), (1, 0.2)]]), goal, margin=0.3)
+    assert field.values.size <= 1.5 * 40000
+    assert float(field.at((0.5, -1.0))) == pytest.approx(np.hypot(goal[0] - 0.5, goal[1] + 1.0), rel=0.1)

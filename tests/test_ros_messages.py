@@ -107,7 +107,16 @@ def test_a_scanner_hung_upside_down_sees_the_same_points():
     assert np.allclose(plain.beams.bearings, turned.beams.bearings)
 
 
-@pytest.mark.parametrize("changes", [{"angle_increment": 0.0}, {"range_max": math.nan}])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"angle_increment": 0.0},
+        {"angle_increment": 5e-324},
+        {"angle_increment": 13.0},
+        {"range_max": math.nan},
+        {"time_increment": 1e9},
+    ],
+)
 def test_a_scan_without_geometry_is_refused(changes):
     assert messages.read_scan(scan_message([1.0], **changes)) is None
     assert messages.read_scan(scan_message([])) is None
@@ -119,6 +128,12 @@ def test_poses_of_people_have_no_identity_and_need_no_heading():
     assert people is not None
     assert people.ids is None
     assert people.positions.tolist() == [[1, 2], [3, 4]]
+
+
+def test_markers_of_one_name_are_as_many_people():
+    people = messages.read_markers(SimpleNamespace(markers=[marker(1, 2), marker(3, 4), marker(5, 6, ns="a")]))
+    assert people is not None
+    assert people.ids == ("0", "0'", "a/0")
 
 
 @pytest.mark.parametrize("nowhere", [math.nan, math.inf])
@@ -162,6 +177,19 @@ def test_what_we_publish_about_people_can_be_read_as_people():
     assert len(people.ids or ()) == 1  # cylinder counts, arrow and text do not
     assert np.allclose(people.positions, [[1.0, 1.0]])
     assert any("0.75" in m.text for m in markers)
+
+
+@pytest.mark.parametrize("x", [1e10, math.inf, math.nan])
+def test_no_place_is_beyond_reckoning(x):
+    nobody = SimpleNamespace(linear=SimpleNamespace(x=0.0, y=0.0), angular=SimpleNamespace(z=0.0))
+    where = SimpleNamespace(pose=namespace_pose(x, 0))
+    assert (
+        messages.read_odometry(SimpleNamespace(header=header(), pose=where, twist=SimpleNamespace(twist=nobody)))
+        is None
+    )
+    assert messages.read_goal(SimpleNamespace(header=header(), pose=namespace_pose(x, 0))) is None
+    info = SimpleNamespace(height=1, width=1, resolution=abs(x), origin=namespace_pose(0, 0))
+    assert messages.read_map(SimpleNamespace(header=header(), info=info, data=[0])) is None
 
 
 def test_a_map_has_rows_along_y_and_a_turned_origin():

@@ -155,12 +155,17 @@ class Obstacles:
         x0, y0, x1, y1 = self.bounds
         if not self.polygons and self.grid is None:
             return np.zeros((0, 0)), np.array([0.0, 0.0, 1.0])
-        spacing = max(0.05, math.sqrt((x1 - x0 + 2 * PAD) * (y1 - y0 + 2 * PAD) / 2e5))
+        spacing = max(0.05, coarse_enough(x1 - x0 + 2 * PAD, y1 - y0 + 2 * PAD, 200_000))
         xs = np.arange(x0 - PAD, x1 + PAD + spacing, spacing)
         ys = np.arange(y0 - PAD, y1 + PAD + spacing, spacing)
         places = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
         values = wall_distances(places, *self._shapes).reshape(xs.size, ys.size)
         return values, np.array([x0 - PAD, y0 - PAD, spacing])
+
+
+def coarse_enough(width: float, height: float, cells: int) -> float:
+    """Return m between about so many `cells` of a raster of this size (m), at least two of them wide and high."""
+    return max(math.sqrt(width * height / cells), 2.0 * max(width, height) / cells)
 
 
 def _polygon(corners: FloatArray | Sequence[VectorLike], index: int) -> FloatArray:

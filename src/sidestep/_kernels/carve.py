@@ -9,6 +9,12 @@ from sidestep.types import BoolArray, FloatArray
 
 
 @njit(cache=True)
+def _gone(cell: int, step: int, cells: int) -> bool:
+    """Whether a line that is in this row of cells comes no more to those of the grid."""
+    return cell < 0 if step < 0 else cell >= cells
+
+
+@njit(cache=True)
 def traversed(
     origin: FloatArray, ends: FloatArray, corner: FloatArray, spacing: float, shape: tuple[int, int]
 ) -> BoolArray:
@@ -34,6 +40,8 @@ def traversed(
         for _ in range(abs(last_i - i) + abs(last_j - j) + 1):
             if 0 <= i < shape[0] and 0 <= j < shape[1]:
                 grid[i, j] = True
+            elif _gone(i, step_i, shape[0]) or _gone(j, step_j, shape[1]):
+                break  # a beam may end a million cells farther
             if next_i < next_j:
                 i += step_i
                 next_i += step_i / dx

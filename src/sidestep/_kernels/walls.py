@@ -98,12 +98,15 @@ def wall_distances(
 def distance_bounds(x: float, y: float, samples: FloatArray, corner: FloatArray) -> tuple[float, float]:
     """The signed distance to walls is at least and at most this, by the nearest of its samples.
 
-    It changes by at most the way gone. Samples are taken up to `PAD` around all walls: outside them it is farther.
+    It changes by at most the way gone. Samples are taken up to `PAD` around all walls: outside them it is farther, by
+    as much as the place lies outside.
     """
     i = math.floor((x - corner[0]) / corner[2] + 0.5)
     j = math.floor((y - corner[1]) / corner[2] + 0.5)
     if i < 0 or j < 0 or i >= samples.shape[0] or j >= samples.shape[1]:
-        return PAD, np.inf
+        across = max(corner[0] - x, x - corner[0] - (samples.shape[0] - 1) * corner[2])
+        along = max(corner[1] - y, y - corner[1] - (samples.shape[1] - 1) * corner[2])
+        return PAD + max(across, along), np.inf
     away = math.hypot(x - corner[0] - i * corner[2], y - corner[1] - j * corner[2])
     value = float(samples[i, j])
     return value - away, value + away

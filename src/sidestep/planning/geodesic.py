@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sidestep._kernels.walls import interpolate
-from sidestep.obstacles import Obstacles
+from sidestep.obstacles import Obstacles, coarse_enough
 from sidestep.types import BoolArray, FloatArray, IntArray, Vector, VectorLike, frozen_array
 
 KNIGHT = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
@@ -56,13 +56,13 @@ def distance_to_goal(
         margin: m, to be kept from walls.
         spacing: m between cells; coarser where the map has more than `cells` of them.
         reach: m, how far around the walls and the goal the raster goes.
-        cells: largest number of cells.
+        cells: about the largest number of cells.
     """
     target = np.asarray(goal, dtype=np.float64)[:2]
     x0, y0, x1, y1 = obstacles.bounds
     low = np.minimum((x0, y0), target) - reach
     high = np.maximum((x1, y1), target) + reach
-    spacing = max(spacing, math.sqrt(float(np.prod(high - low)) / cells))
+    spacing = max(spacing, coarse_enough(*(high - low).tolist(), cells))
     shape = tuple(int(n) for n in np.ceil((high - low) / spacing) + 1)
     places = np.stack(np.meshgrid(*(low[a] + spacing * np.arange(shape[a]) for a in (0, 1)), indexing="ij"), axis=-1)
     flat = places.reshape(-1, 2)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.types import FloatArray, Vector
+from sidestep.types import LARGEST, FloatArray, Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +54,9 @@ class Pose2:
         return Pose2(self.x + float(dx), self.y + float(dy), wrapped(self.yaw + turn_rate * seconds))
 
     @property
-    def finite(self) -> bool:
-        """Return whether all three numbers are finite."""
-        return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.yaw)
+    def plausible(self) -> bool:
+        """Return whether this can be a pose: finite, and within `LARGEST` (m)."""
+        return abs(self.x) <= LARGEST and abs(self.y) <= LARGEST and math.isfinite(self.yaw)
 
 
 def wrapped(angle: float) -> float:

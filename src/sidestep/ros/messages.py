@@ -7,6 +7,7 @@ in any way a driver can be wrong; a message that cannot be used gives None, neve
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,10 +16,12 @@ import numpy as np
 
 from sidestep.perception.scan import Beams
 from sidestep.ros.geometry import Pose2, yaw_of
-from sidestep.types import BoolArray, FloatArray, Vector
+from sidestep.types import LARGEST, BoolArray, FloatArray, Vector, plausible
 
 _ADD = 0
 _BODIES = (1, 2, 3, 10)  # Marker: CUBE, SPHERE, CYLINDER, MESH_RESOURCE: one body each; the rest is decoration
+FINEST, WIDEST, LONGEST_TURN = 1e-5, 4 * math.pi, 10.0
+"""rad between beams, rad between the first and the last, s: what a scan can say of itself and be believed."""
 OCCUPIED = 65
 """Cells of an OccupancyGrid from this value on are walls (the map server's convention)."""
 
@@ -125,7 +128,7 @@ def read_odometry(message: Any) -> Odometry | None:
     pose = _pose(message.pose.pose)
     twist = message.twist.twist
     ahead, turn_rate = np.array([float(twist.linear.x), float(twist.linear.y)]), float(twist.angular.z)
-    if not (pose.finite and np.isfinite(ahead).all() and math.isfinite(turn_rate)):
+    if not (pose.plausible and plausible(ahead) and abs(turn_rate) <= LARGEST):
         return None
     return Odometry(
         time=seconds_of(message.header.stamp),
@@ -143,7 +146,9 @@ def read_scan(message: Any) -> LaserScan | None:
         float(getattr(message, name))
         for name in ("angle_min", "angle_increment", "range_min", "range_max", "time_increment")
     )
-    if ranges.ndim != 1 or ranges.size == 0 or not np.isfinite(numbers).all() or numbers[1] == 0.0:
+    if ranges.ndim != 1 or ranges.size == 0 or not np.isfinite(numbers).all():
+        return None
+    if not (FINEST <= abs(numbers[1]) <= WIDEST / ranges.size and numbers[4] * ranges.size <= LONGEST_TURN):
         return None
     if numbers[1] < 0:  # a scanner hung upside down turns the other way
         ranges = ranges[::-1]
@@ -185,7 +190,7 @@ def read_markers(message: Any) -> People | None:
     return People(
         time=max((seconds_of(m.header.stamp) for m in bodies), default=0.0),
         frame=frames.pop() if frames else "",
-        ids=tuple(f"{m.ns}/{int(m.id)}" if m.ns else str(int(m.id)) for m in bodies),
+        ids=_told_apart([f"{m.ns}/{int(m.id)}" if m.ns else str(int(m.id)) for m in bodies]),
         positions=positions,
     )
 
@@ -193,7 +198,7 @@ def read_markers(message: Any) -> People | None:
 def read_goal(message: Any) -> Target | None:
     """geometry_msgs/PoseStamped; the heading is not used."""
     pose = _pose(message.pose)
-    return Target(frame=_name(message.header.frame_id), position=pose.position) if pose.finite else None
+    return Target(frame=_name(message.header.frame_id), position=pose.position) if pose.plausible else None
 
 
 def read_map(message: Any, *, unknown_is_free: bool = True) -> Map | None:
@@ -202,7 +207,9 @@ def read_map(message: Any, *, unknown_is_free: bool = True) -> Map | None:
     rows, columns = int(info.height), int(info.width)
     values = np.asarray(message.data, dtype=np.int16)
     origin, resolution = _pose(info.origin), float(info.resolution)
-    if not (origin.finite and resolution > 0 and rows > 0 and columns > 0 and values.size == rows * columns):
+    if not (
+        origin.plausible and 0 < resolution <= LARGEST and min(rows, columns) > 0 and values.size == rows * columns
+    ):
         return None
     walls = values.reshape(rows, columns) >= OCCUPIED
     occupied = walls if unknown_is_free else walls | (values.reshape(rows, columns) < 0)
@@ -214,14 +221,23 @@ def read_transform(message: Any) -> Pose2 | None:
     """geometry_msgs/TransformStamped: the child's pose in the parent frame, flattened to the plane."""
     move = message.transform.translation
     pose = Pose2(float(move.x), float(move.y), yaw_of(message.transform.rotation))
-    return pose if pose.finite else None
+    return pose if pose.plausible else None
+
+
+def _told_apart(names: Iterable[str]) -> tuple[str, ...]:
+    """The same names, each followed by as many primes as it came before."""
+    seen: Counter[str] = Counter()
+    apart: list[str] = []
+    for name in names:
+        apart.append(name + "'" * seen[name])
+        seen[name] += 1
+    return tuple(apart)
 
 
 def _places(poses: Iterable[Any]) -> FloatArray | None:
     """(P, 2) m; None where one is no place."""
-    places = [(float(pose.position.x), float(pose.position.y)) for pose in poses]
-    positions = np.array(places, dtype=np.float64).reshape(-1, 2)
-    return positions if np.isfinite(positions).all() else None
+    positions = np.array([(float(p.position.x), float(p.position.y)) for p in poses], dtype=np.float64).reshape(-1, 2)
+    return positions if plausible(positions.ravel()) else None
 
 
 def _pose(message: Any) -> Pose2:
