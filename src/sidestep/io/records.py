@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sidestep.archives import read_arrays
 from sidestep.errors import InvalidFile
 from sidestep.io.files import written
 from sidestep.simulation.record import Record, Snapshot
@@ -58,17 +57,15 @@ def read_record(path: str | Path) -> Record:
         InvalidFile: there is no such file, or it is not a record of this format, or of a newer version.
     """
     what = f"a {FORMAT} file (.npz), version ≤ {VERSION}"
+    held = read_arrays(Path(path), what)
     try:
-        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as held:
-            meta = json.loads(str(held["meta"]))
-            if meta["format"] != FORMAT or meta["version"] > VERSION:
-                raise InvalidFile(str(path), f"{meta['format']} {meta['version']}", what, "update sidestep")
-            return _assembled(meta, {name: held[name] for name in held.files if name != "meta"})
-    except FileNotFoundError:
-        raise InvalidFile(str(path), "no such file", what) from None
+        meta = json.loads(str(held.pop("meta")))
+        if meta["format"] != FORMAT or meta["version"] > VERSION:
+            raise InvalidFile(str(path), f"{meta['format']} {meta['version']}", what, "update sidestep")
+        return _assembled(meta, held)
     except InvalidFile:
         raise
-    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile, zlib.error) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InvalidFile(str(path), str(error) or type(error).__name__, what) from None
 
 

@@ -7,14 +7,14 @@ Optional: `laser_pose_odom` (N, 3); people as `gt_scan`, `gt_id`, `gt_xy`; legs 
 
 from __future__ import annotations
 
-import os
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sidestep.errors import InvalidFile, OutputError
+from sidestep.archives import read_arrays
+from sidestep.errors import InvalidFile
+from sidestep.io.files import written
 from sidestep.perception.scan import Annotations, Beams, LegLabels, ScanRecording
 from sidestep.types import FloatArray
 
@@ -30,8 +30,17 @@ def read_scan_recording(path: str | Path) -> ScanRecording:
         InvalidFile: the file is missing, is not a `.npz` archive of plain arrays, lacks a key, or its shapes disagree.
 
     """
-    path = Path(path)
-    keys = _load(path)
+    path, what = Path(path), "a recording of a scanner: .npz archive of plain arrays of numbers"
+    keys = read_arrays(path, what)
+    try:
+        return _recording(path, keys)
+    except InvalidFile:
+        raise
+    except (ValueError, TypeError, IndexError) as error:
+        raise InvalidFile(str(path), str(error), what) from None
+
+
+def _recording(path: Path, keys: dict[str, Any]) -> ScanRecording:
     ranges = _metres(_need(path, keys, "ranges_mm"))
     times = np.asarray(keys.get("t_header", keys.get("t", np.empty(0))), dtype=np.float64)
     if ranges.ndim != 2 or times.shape != (ranges.shape[0],):
@@ -84,26 +93,8 @@ def write_scan_recording(recording: ScanRecording, path: str | Path) -> None:
         labelled = np.zeros(len(recording), dtype=np.bool_)
         labelled[recording.legs.scans] = True
         keys |= {"labelled": labelled, "leg_beam": recording.legs.beams.astype(np.uint8)}
-    part = path.with_name(f".{path.name}.part")
-    try:
-        with part.open("wb") as stream:
-            np.savez_compressed(stream, **keys)
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise OutputError(path, error.strerror or str(error)) from error
-
-
-def _load(path: Path) -> dict[str, Any]:
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise ValueError("a single array")
-            return {name: archive[name] for name in archive.files}
-    except FileNotFoundError:
-        raise InvalidFile(str(path), "no such file", "a recording of a scanner (.npz)") from None
-    except (OSError, ValueError, AttributeError, EOFError, zipfile.BadZipFile) as error:
-        raise InvalidFile(str(path), str(error), "a recording of a scanner: .npz archive of plain arrays") from None
+    with written(path) as file:
+        np.savez_compressed(file, **keys)
 
 
 def _need(path: Path, keys: dict[str, Any], name: str) -> Any:

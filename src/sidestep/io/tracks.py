@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import gzip
 import math
+import zlib
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
@@ -130,7 +131,7 @@ def _rows(path: Path) -> Iterator[tuple[int, Sequence[str]]]:
                 yield reader.line_num, [row[column] for column in columns]
     except FileNotFoundError:
         raise InvalidFile(str(path), "no such file", "a CSV of tracks, plain or .gz") from None
-    except (OSError, EOFError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, EOFError, UnicodeDecodeError, csv.Error, zlib.error) as error:
         raise InvalidFile(str(path), str(error), "a CSV of tracks, plain or .gz") from None
 
 

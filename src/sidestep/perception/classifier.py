@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.resources
-import zipfile
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sidestep._kernels.forest import sum_of_leaves
+from sidestep.archives import read_arrays
 from sidestep.errors import InvalidFile
 from sidestep.perception.clusters import FEATURES
 from sidestep.types import FloatArray
@@ -82,9 +82,9 @@ def load_classifier(path: str | Path | None = None) -> LegClassifier:
 
 
 def _read(path: Path) -> LegClassifier:
+    what = "a classifier written by `sidestep lab --train`"
+    arrays = read_arrays(path, what)
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
         classifier = LegClassifier(
             base=arrays["base"].astype(np.float64),
             roots=arrays["roots"].astype(np.int32),
@@ -94,10 +94,8 @@ def _read(path: Path) -> LegClassifier:
             values=arrays["values"].astype(np.float32),
         )
         columns = tuple(str(name) for name in arrays["columns"])
-    except FileNotFoundError:
-        raise InvalidFile(str(path), "no such file", "a classifier written by `sidestep lab --train`") from None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise InvalidFile(str(path), str(error), "a classifier written by `sidestep lab --train`") from None
+    except (ValueError, TypeError, KeyError) as error:
+        raise InvalidFile(str(path), str(error), what) from None
     if columns != FEATURES or not _sound(classifier):
         raise InvalidFile(str(path), columns, "trained on the features of this version", "train it again")
     return classifier

@@ -62,7 +62,8 @@ def distance_to_goal(
     x0, y0, x1, y1 = obstacles.bounds
     low = np.minimum((x0, y0), target) - reach
     high = np.maximum((x1, y1), target) + reach
-    spacing = max(spacing, coarse_enough(*(high - low).tolist(), cells))
+    width, height = (high - low).tolist()
+    spacing = max(spacing, coarse_enough(width, height, cells))
     shape = tuple(int(n) for n in np.ceil((high - low) / spacing) + 1)
     places = np.stack(np.meshgrid(*(low[a] + spacing * np.arange(shape[a]) for a in (0, 1)), indexing="ij"), axis=-1)
     flat = places.reshape(-1, 2)
