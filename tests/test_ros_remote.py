@@ -237,13 +237,26 @@ def test_two_stations_one_drives_both_may_stop(robot):
         robot.until(standing)
 
 
-@pytest.mark.parametrize("position", [[1.0], [1.0, "a"], [1.0, None], "12", None, [True, False], [float("nan"), 0.0]])
+@pytest.mark.parametrize(
+    "position",
+    [[1.0], [1.0, "a"], [1.0, None], "12", None, [True, False], [float("nan"), 0.0], [1e300, 0.0], [10**400, 0]],
+)
 def test_goals_that_are_no_places_are_refused(robot, position):
     with Station(port=robot.port) as station, pytest.raises(Refused, match="two finite numbers"):
         station._ask({"type": "goal", "position": position})
 
 
-NONSENSE = [b"\n", b"[]\n", b"{}\n", b"\xff\xfe\n", b"x" * 100_000, b'{"type": "start"}\n', b'{"type": "hello"', b""]
+NONSENSE = [
+    b"\n",
+    b"[]\n",
+    b"{}\n",
+    b"\xff\xfe\n",
+    b"x" * 100_000,
+    b'{"type": "start"}\n',
+    b'{"type": "hello"',
+    b"",
+    b"[" * 4000 + b"\n",
+]
 
 
 def test_nonsense_does_not_disturb_whoever_drives(robot):

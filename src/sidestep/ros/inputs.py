@@ -16,7 +16,7 @@ from sidestep.ros.geometry import Pose2
 from sidestep.ros.messages import LaserScan, Map, Odometry, People, Target
 from sidestep.ros.settings import NodeSettings
 from sidestep.ros.watchdog import Watchdog
-from sidestep.types import Vector
+from sidestep.types import Vector, plausible
 
 
 class Sensing(Protocol):
@@ -138,7 +138,7 @@ class Inputs:
     def take_goal(self, target: Target | None) -> None:
         """Take a new goal; the old one is void, even if the frame of the new one is not known yet."""
         with self._lock:
-            if target is None or not np.isfinite(target.position).all():
+            if target is None or not plausible(target.position):
                 self._refused["goal"] += 1
                 return
             self._renew(goal=None, grid=self._task.map)

@@ -16,7 +16,6 @@ import asyncio
 import hmac
 import json
 import logging
-import math
 import threading
 import time
 from collections.abc import Callable
@@ -24,6 +23,7 @@ from typing import Any
 
 from sidestep.ros.link import Link
 from sidestep.ros.settings import RemoteSettings
+from sidestep.types import LARGEST
 
 _LOG = logging.getLogger(__name__)
 _LONGEST_LINE = 4096  # bytes; nobody has more to say
@@ -138,7 +138,7 @@ class RemoteServer:
             )
             self._stations[who] = writer
             await self._listen(who, reader, writer)
-        except (TimeoutError, OSError, ValueError, asyncio.IncompleteReadError):
+        except (TimeoutError, OSError, ValueError, RecursionError, asyncio.IncompleteReadError):
             pass  # hung up, or talks nonsense: for the robot the same
         finally:
             self._stations.pop(who, None)
@@ -184,7 +184,7 @@ class RemoteServer:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 def _line(value: dict[str, Any]) -> bytes:
