@@ -12,6 +12,10 @@ import numpy as np
 from sidestep.errors import InvalidInput
 from sidestep.types import LARGEST
 
+FARTHEST = 100
+"""Steps; nobody looks farther ahead: time grows with the third power of it in the plane, memory too."""
+MOST_REACH = 10
+"""Actions per axis and direction."""
 WIDEST = 100.0
 """m; no body, and no distance to be kept from one, is larger: what is drawn around a person would not fit memory."""
 
@@ -54,14 +58,14 @@ class Checks:
                 raise self.wrong(name, allowed)
             self._keep(name, _plain(value, number))
 
-    def integers(self, *names: str, least: int, optional: bool = False, mend: str = "") -> None:
-        """Whole numbers ≥ `least`."""
+    def integers(self, *names: str, least: int, most: int, optional: bool = False, mend: str = "") -> None:
+        """Whole numbers from `least` to `most`: what is counted has to be done, or held in memory."""
         for name in names:
             value = getattr(self._value, name)
             if value is None and optional:
                 continue
-            if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
-                raise self.wrong(name, f"an integer ≥ {least}{_remark('', optional)}", mend)
+            if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
+                raise self.wrong(name, f"an integer from {least} to {most}{_remark('', optional)}", mend)
             self._keep(name, int(value))
 
     def words(self, name: str, literal: Any) -> None:

@@ -39,6 +39,7 @@ from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, plausib
 
 _LEAST_STRIDE = 0.005  # m; the risk is drawn on the robot's lattice, whose cells must not be much finer than people
 _IMPLAUSIBLE = 100.0  # times what the base can do; a velocity beyond is a fault of whoever measured it
+_MOST_CELLS = 2e8  # a step's box times the steps; the mass of one person takes up to a third of it, 8 bytes each
 _log = logging.getLogger(__name__)
 
 
@@ -119,6 +120,12 @@ class Planner:
             raise InvalidInput("planner.goal", value, "2 finite numbers (m) for a differential drive")
         if goal.size == 1 and self.obstacles is not None:
             raise InvalidInput("planner.goal", value, "2 or 3 finite numbers (m) where there is a map")
+        steps = self.settings.horizon
+        if (2 * self.human.reach * steps + 1) ** goal.size * steps > _MOST_CELLS:
+            allowed = (
+                f"fewer steps in {goal.size}-D with human.reach {self.human.reach}: the mass of a person fits no memory"
+            )
+            raise InvalidInput("planner.horizon", steps, allowed)
         for whose, name in product(("planner", "human"), ("goal_weight", "effort_weight")):
             weight = getattr(self.settings if whose == "planner" else self.human, name)
             if isinstance(weight, tuple) and len(weight) != goal.size:

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from sidestep.checks import Checks
+from sidestep.checks import MOST_REACH, Checks
 from sidestep.types import FloatArray, IntArray
 
 
@@ -18,7 +18,7 @@ class ActionSet:
 
     Attributes:
         speed: m/s, v, the step between neighbouring actions (> 0).
-        reach: largest multiple of v per axis (≥ 1).
+        reach: largest multiple of v per axis (1 to 10).
         dimension: number of axes d (1, 2 or 3).
     """
 
@@ -29,7 +29,7 @@ class ActionSet:
     def __post_init__(self) -> None:
         check = Checks(self, "actions")
         check.numbers("speed", above=0.0, unit="m/s")
-        check.integers("reach", least=1)
+        check.integers("reach", least=1, most=MOST_REACH)
         if self.dimension not in (1, 2, 3):
             raise check.wrong("dimension", "1, 2 or 3")
 

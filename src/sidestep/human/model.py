@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
-from sidestep.checks import WIDEST, Checks, numbers_in
+from sidestep.checks import FARTHEST, MOST_REACH, WIDEST, Checks, numbers_in
 from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.reaction import ReactionSettings
 from sidestep.types import AwarenessOverHorizon, DangerDecay, Evidence, Frame, GoalCost
@@ -22,7 +22,7 @@ class HumanModel:
 
     Attributes:
         walking_speed: m/s, v_H; the step between neighbouring actions in the world frame.
-        reach: actions per axis are −reach·v … reach·v (the paper: 2).
+        reach: actions per axis are −reach·v … reach·v, reach from 1 to 10 (the paper: 2).
         horizon: steps, N_H; None takes the planner's horizon, 0 is "no prediction": one step ahead, robot stays put.
         frame: "heading" turns the lattice to the walking direction and scales it to the observed speed
             (2v = observed speed within `speed_range`); "world" keeps the axes and v.
@@ -98,8 +98,8 @@ class HumanModel:
     def __post_init__(self) -> None:
         check = Checks(self, "human")
         check.numbers("walking_speed", above=0.0, unit="m/s")
-        check.integers("reach", least=1)
-        check.integers("horizon", least=0, optional=True, mend="none is the planner's horizon")
+        check.integers("reach", least=1, most=MOST_REACH)
+        check.integers("horizon", least=0, most=FARTHEST, optional=True, mend="none is the planner's horizon")
         check.words("frame", Frame)
         low, high = check.listed("speed_range", count=2, above=0.0)
         if low > high:

@@ -17,8 +17,9 @@ def written(path: Path) -> Generator[IO[bytes]]:
     """Yield a binary file that takes the place of `path` when the block ends without an exception.
 
     Raises:
-        OutputError: the folder does not exist or cannot be written to.
+        OutputError: the folder does not exist or cannot be written to, or something else than a file has that name.
     """
+    _replaceable(path)
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
     except OSError as error:
@@ -39,10 +40,11 @@ def ready_for(page: Path | None) -> None:
     """Make the folder of a file that is written last (None: none is), before time is spent on what goes into it.
 
     Raises:
-        OutputError: it cannot be made, or files cannot be written there.
+        OutputError: it cannot be made, or files cannot be written there, or something else than a file has that name.
     """
     if page is not None:
         ready_folder(page.parent)
+        _replaceable(page)
 
 
 def ready_folder(path: str | Path) -> Path:
@@ -59,3 +61,9 @@ def ready_folder(path: str | Path) -> Path:
     except OSError as error:
         raise OutputError(folder, error.strerror or str(error)) from None
     return folder
+
+
+def _replaceable(path: Path) -> None:
+    """Check that nothing is lost where a file takes the place of `path`: a folder, a device, a pipe."""
+    if path.exists() and not path.is_file():
+        raise OutputError(path, "it is there, and no file")

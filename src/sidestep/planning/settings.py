@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sidestep.checks import WIDEST, Checks
+from sidestep.checks import FARTHEST, WIDEST, Checks
 from sidestep.types import GoalCost, RiskRule
 
 
@@ -19,7 +19,7 @@ class PlannerSettings:
 
     Attributes:
         time_step: s, ΔT between planned positions (> 0).
-        horizon: steps, N_R (≥ 1).
+        horizon: steps, N_R, from 1 to 100 (in the plane; then a step takes seconds, and a gigabyte).
         risk_rule: "mass": P(a person within `clearance`) ≤ P_th at every step; "cells": stay `clearance` away from
             every cell with P ≥ P_th (the paper's Section IV); "trajectory": the sum over the horizon ≤ P_th.
         risk_limit: P_th in (0, 1].
@@ -78,7 +78,9 @@ class PlannerSettings:
     def __post_init__(self) -> None:
         check = Checks(self, "planner")
         check.numbers("time_step", "timeout", above=0.0, unit="s")
-        check.integers("horizon", "rounds", "threads", least=1)
+        check.integers("horizon", least=1, most=FARTHEST)
+        check.integers("rounds", least=1, most=100)
+        check.integers("threads", least=1, most=256)
         check.words("risk_rule", RiskRule)
         check.numbers("risk_limit", above=0.0, most=1.0)
         check.words("goal_cost", GoalCost)
@@ -89,5 +91,5 @@ class PlannerSettings:
         check.numbers("clearance", above=0.0, most=WIDEST, unit="m", optional=True)
         check.numbers("deadline", "recourse", above=0.0, unit="s", optional=True)
         check.numbers("first_step_limit", "signal_belief", above=0.0, most=1.0, optional=True)
-        check.integers("search_resolution", least=1, optional=True)
+        check.integers("search_resolution", least=1, most=100, optional=True)
         check.flags("midway", "polish")
