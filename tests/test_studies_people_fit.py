@@ -174,7 +174,8 @@ def test_the_commands_fit_and_evaluate_people(tmp_path: Path, capsys: pytest.Cap
     assert people["awareness"] == people["replay"] == []
     assert json.loads(page.read_text())["tables"]
     assert (tmp_path / "out" / "people-prediction.png").exists()
-    assert execute(["evaluate", "--people", str(tracks), "--vehicle", "tram", "--out", str(tmp_path / "out")]) == 2
+    for wrong in (["--vehicle", "tram"], ["--without", "nowhere"]):
+        assert execute(["evaluate", "--people", str(tracks), *wrong, "--out", str(tmp_path / "out")]) == 2
 
 
 def test_the_prediction_study_scores_everybody_on_the_same_moments() -> None:

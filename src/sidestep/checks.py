@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from numbers import Integral, Real
 from typing import Any, get_args
 
 import numpy as np
 
-from sidestep.errors import InvalidInput
+from sidestep.errors import InvalidInput, UnknownName
 from sidestep.types import LARGEST
 
 FARTHEST = 100
@@ -120,6 +120,28 @@ def of_kind(field: str, value: object, *kinds: type, optional: bool = False) -> 
     """Raise `InvalidInput` unless `value` is an instance of one of `kinds`, or None where it is optional."""
     if not isinstance(value, kinds) and not (value is None and optional):
         raise InvalidInput(field, value, " or ".join(kind.__name__ for kind in kinds) + _remark("", optional))
+
+
+def one_of(field: str, names: Iterable[str], known: Collection[str]) -> None:
+    """Check that each of the names is known.
+
+    Raises:
+        UnknownName: one is not.
+    """
+    for name in names:
+        if name not in known:
+            raise UnknownName(field, name, known)
+
+
+def at_least_one(field: str, value: int, mend: str = "") -> int:
+    """Return `value`.
+
+    Raises:
+        InvalidInput: there is less than one.
+    """
+    if value < 1:
+        raise InvalidInput(field, value, "an integer ≥ 1", mend)
+    return value
 
 
 def numbers_in(value: object) -> tuple[float, ...]:

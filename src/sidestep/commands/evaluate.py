@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 FULL, QUICK = 200, 20
 CALIBRATION_FULL, CALIBRATION_QUICK = 3400, 60  # of 15 steps each: more than 50,000
+TRIPS_FULL, TRIPS_QUICK = 40, 4
+MOMENTS_FULL, MOMENTS_QUICK = 600, 30
 
 
 def evaluate(
@@ -18,13 +21,13 @@ def evaluate(
     fewer: str = "",
     calibration: bool = False,
     people: tuple[Path, ...] = (),
-    studies: str = "prediction,awareness,replay",
+    studies: str | None = None,
     without: str = "",
     vehicle: str | None = None,
     model: Path | None = None,
-    trips: int = 40,
+    trips: int | None = None,
     crowd: int | None = None,
-    moments: int = 600,
+    moments: int | None = None,
     ablations: bool = False,
     seed: int = 0,
     workers: int | None = None,
@@ -37,7 +40,7 @@ def evaluate(
     """Run many episodes and print rates with exact intervals; finished pieces are kept and not run again.
 
     Args:
-        quick: few episodes of few conditions and navigators.
+        quick: few episodes of few conditions and navigators, few trips and moments of recorded people.
         conditions: comma-separated names; all by default.
         navigators: comma-separated names; all that are installed by default.
         episodes: per condition and navigator (or per kind of people, for the calibration).
@@ -46,13 +49,13 @@ def evaluate(
         calibration: compare predicted collision probabilities with realised frequencies instead.
         people: recorded people instead (CSV of tracks, may be given several times): predictions against a fitted
             constant-velocity model, beliefs against who reacted, trips through people who do not react.
-        studies: which of prediction, awareness, replay; with --people.
+        studies: which of prediction, awareness, replay; with --people; all unless given.
         without: comma-separated scenes that are left out; with --people.
         vehicle: car, cart or robot, comma-separated, one for each --people; by its kind unless given.
-        model: human model that `sidestep fit` wrote; the defaults unless given; with --people.
-        trips: of each navigator through each file of recorded people.
+        model: human model that `sidestep fit` wrote; with --people; the defaults unless given.
+        trips: of each navigator through each file of recorded people; 40 unless given, 4 if quick.
         crowd: most people at once on such a trip; any number by default.
-        moments: about so many are predicted per file of recorded people.
+        moments: about so many are predicted per file of recorded people; 600 unless given, 30 if quick.
         ablations: also predict recorded people with parts of the model taken away.
         seed: base of all seeds.
         workers: processes; all cores by default.
@@ -68,16 +71,30 @@ def evaluate(
     from sidestep.io.files import ready_folder, ready_for, written
     from sidestep.studies.engines import processes
 
+    of_people: dict[str, object] = {
+        "--studies": studies, "--without": without, "--vehicle": vehicle, "--model": model, "--trips": trips,
+        "--crowd": crowd, "--moments": moments, "--ablations": ablations,
+    }  # fmt: skip
+    of_worlds: dict[str, object] = {"--conditions": conditions, "--fewer": fewer}
+    if not people:
+        _none_of(of_people, "only together with --people TRACKS")
+    if people:
+        _none_of(of_worlds | {"--episodes": episodes, "--calibration": calibration}, "only without --people")
+    elif calibration:
+        _none_of(of_worlds | {"--navigators": navigators}, "only without --calibration")
     ready_for(page)
     folder, jobs = ready_folder(out), processes(workers)
     if people:
-        from sidestep.commands.evaluate_people import DRIVERS, PeopleRequest, evaluate_people, name_of
+        from sidestep.commands.evaluate_people import DRIVERS, STUDIES, PeopleRequest, evaluate_people, name_of
         from sidestep.commands.evaluate_people_report import report
 
+        studies = studies or ",".join(STUDIES)
+        trips = _count(trips, quick, TRIPS_FULL, TRIPS_QUICK)
+        moments = _count(moments, quick, MOMENTS_FULL, MOMENTS_QUICK)
         request = PeopleRequest(
             files=people,
             studies=tuple(studies.split(",")),
-            without=tuple(without.split(",")),
+            without=tuple(filter(None, without.split(","))),
             model=model,
             vehicles=tuple(vehicle.split(",")) if vehicle else (),
             navigators=tuple((navigators or DRIVERS).split(",")),
@@ -101,7 +118,7 @@ def evaluate(
     if calibration:
         from sidestep.commands.calibration import calibrated
 
-        count = episodes or (CALIBRATION_QUICK if quick else CALIBRATION_FULL)
+        count = _count(episodes, quick, CALIBRATION_FULL, CALIBRATION_QUICK)
         found = calibrated(count, seed, jobs, engine, folder, page)
         result: dict[str, Any] = {"calibration": found}
         rows = [[k, f"{v['ece']:.4f}", f"{v['brier']:.4f}", str(v["n"]), str(v["steps"])] for k, v in found.items()]
@@ -124,6 +141,19 @@ def evaluate(
     table(rows, header=header)
     for name, why in result.get("skipped", []):
         print(f"left out: {name} ({why})")
+
+
+def _none_of(options: Mapping[str, object], when: str) -> None:
+    """Refuse options that would be of no effect, so that nobody takes them to have had one."""
+    from sidestep.errors import InvalidInput
+
+    for name, value in options.items():
+        if value is not None and value is not False and value != "":
+            raise InvalidInput(name, value if isinstance(value, int) else str(value), when)
+
+
+def _count(asked: int | None, quick: bool, full: int, few: int) -> int:
+    return (few if quick else full) if asked is None else asked
 
 
 def _compared(
@@ -164,7 +194,7 @@ def _compared(
         found = run(
             chosen,
             drivers,
-            episodes=episodes or (QUICK if quick else FULL),
+            episodes=_count(episodes, quick, FULL, QUICK),
             fewer=fewer,
             seed=seed,
             workers=jobs,

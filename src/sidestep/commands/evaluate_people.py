@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sidestep.errors import InvalidInput, UnknownName
+from sidestep.checks import at_least_one, one_of
+from sidestep.errors import InvalidInput
 
 if TYPE_CHECKING:
     from sidestep.human.model import HumanModel
@@ -47,8 +48,10 @@ def evaluate_people(request: PeopleRequest) -> dict[str, Any]:
     _check(request)
     model = HumanModel() if request.model is None else read_human_model(request.model)
     found: dict[str, list[dict[str, Any]]] = {study: [] for study in STUDIES}
-    for n, file in enumerate(request.files):
-        recordings = {k: r for k, r in read_recordings(file).items() if k not in request.without}
+    recorded = [read_recordings(file) for file in request.files]
+    one_of("--without", request.without, {name for recordings in recorded for name in recordings})
+    for n, (file, every) in enumerate(zip(request.files, recorded, strict=True)):
+        recordings = {k: r for k, r in every.items() if k not in request.without}
         label = {"file": name_of(file)}
         if "prediction" in request.studies:
             found["prediction"] += [label | row for row in _predictions(recordings, model, request)]
@@ -78,17 +81,20 @@ def vehicle_of(recordings: Mapping[str, Recording], name: str | None) -> Vehicle
 
 
 def _check(request: PeopleRequest) -> None:
-    for study in request.studies:
-        if study not in STUDIES:
-            raise UnknownName("--studies", study, STUDIES)
-    for vehicle in request.vehicles:
-        if vehicle not in ("car", "cart", "robot"):
-            raise UnknownName("--vehicle", vehicle, ("car", "cart", "robot"))
+    one_of("--studies", request.studies, STUDIES)
+    one_of("--vehicle", request.vehicles, ("car", "cart", "robot"))
+    if "replay" in request.studies:
+        from sidestep.studies.opponents import contestants
+
+        one_of("--navigators", request.navigators, contestants())
     if request.vehicles and len(request.vehicles) != len(request.files):
         raise InvalidInput("--vehicle", ",".join(request.vehicles), f"{len(request.files)} names, one per --people")
-    for name, value in (("--trips", request.trips), ("--moments", request.moments), ("--crowd", request.crowd or 1)):
-        if value < 1:
-            raise InvalidInput(name, value, "an integer ≥ 1")
+    for name, value in (
+        ("--trips", request.trips),
+        ("--moments", request.moments),
+        ("--crowd", 1 if request.crowd is None else request.crowd),
+    ):
+        at_least_one(name, value)
 
 
 def _predictions(

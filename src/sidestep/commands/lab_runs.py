@@ -22,9 +22,9 @@ def drive(
     """Run the rooms; write results.json, the figure and the records of the first room; print table or JSON."""
     import json as text
 
+    from sidestep.checks import at_least_one
     from sidestep.commands.console import emit_json, plain, show, table
     from sidestep.commands.reproduction import progress_bar
-    from sidestep.errors import InvalidInput
     from sidestep.io.files import ready_folder, written
     from sidestep.io.records import write_record
     from sidestep.perception.classifier import load_classifier
@@ -32,8 +32,8 @@ def drive(
     from sidestep.viewer.figure_lab import lab_runs_figure
     from sidestep.viewer.figures import save_figure
 
-    if seeds < 1:
-        raise InvalidInput("--seeds", seeds, "an integer ≥ 1")
+    at_least_one("--seeds", seeds)
+    at_least_one("--workers", workers)
     folder = ready_folder(out)
     trees = None if classifier is None else load_classifier(classifier)
     with progress_bar("laboratory") as tell:

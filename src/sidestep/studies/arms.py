@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.errors import InvalidInput, UnknownName
+from sidestep.checks import at_least_one, one_of
 from sidestep.studies.engines import Store, each, length, run_kept
 from sidestep.types import FloatArray
 
@@ -104,12 +104,9 @@ def run_study(
     Raises:
         UnknownName: there is no such study.
     """
-    if name not in studies():
-        raise UnknownName("study", name, studies())
+    one_of("study", [name], studies())
     study = studies()[name]
-    count = study.episodes if episodes is None else episodes
-    if count < 1:
-        raise InvalidInput("episodes", count, "an integer ≥ 1")
+    count = at_least_one("episodes", study.episodes if episodes is None else episodes)
     pieces = [
         ArmPiece(name, arm, k, min(k + study.piece, study.count(arm, count)), seed)
         for k in range(0, count, study.piece)

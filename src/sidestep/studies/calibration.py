@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from sidestep.checks import at_least_one
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.planner import Planner
@@ -98,7 +99,11 @@ def calibration_study(
 
     Returns:
         kind → {"ece", "brier", "n", "steps", "bins"}, JSON-able.
+
+    Raises:
+        InvalidInput: there are no episodes.
     """
+    at_least_one("episodes", episodes)
     pieces = [
         CalibrationPiece(kind=kind, start=k, stop=min(k + EPISODES_PER_PIECE, episodes), seed=seed)
         for kind in kinds

@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import partial
 from typing import Any, Protocol, TypeVar
 
+from sidestep.checks import at_least_one
 from sidestep.errors import InvalidInput, MissingExtra, SidestepError
 
 Piece = TypeVar("Piece")
@@ -132,9 +133,7 @@ def processes(workers: int | None) -> int:
     """
     if workers is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if workers < 1:
-        raise InvalidInput("workers", workers, "an integer ≥ 1", "leave it out to use all cores")
-    return workers
+    return at_least_one("workers", workers, "leave it out to use all cores")
 
 
 def run_pieces(

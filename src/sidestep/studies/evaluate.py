@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.errors import InvalidInput, UnknownName
+from sidestep.checks import at_least_one, one_of
+from sidestep.errors import InvalidInput
 from sidestep.studies.conditions import conditions
 from sidestep.studies.engines import Store, each, length, run_kept
 from sidestep.studies.episode import columns, histogram, run_episode
@@ -108,13 +109,11 @@ def evaluate(
         InvalidInput: `fewer` has a name that a condition and a navigator share, or a count is no integer ≥ 1.
         MissingExtra: a condition or navigator needs an optional part that is not installed.
     """
-    for name in condition_names:
-        _known("conditions", name, conditions())
-    for name in navigator_names:
-        _known("navigators", name, contestants())
+    one_of("conditions", condition_names, conditions())
+    one_of("navigators", navigator_names, contestants())
     limits = {_whose(name): count for name, count in (fewer or {}).items()}
-    if min([episodes, *limits.values()]) < 1:
-        raise InvalidInput("episodes", episodes, "an integer ≥ 1")
+    for count in (episodes, *limits.values()):
+        at_least_one("episodes", count)
     most = {(c, n): _at_most(episodes, limits, c, n) for c in condition_names for n in navigator_names}
     pieces = [
         Piece(condition=c, navigator=n, start=k, stop=min(k + PIECE, count), seed=seed)
@@ -154,21 +153,16 @@ def _whose(name: str) -> tuple[str, str]:
     known: Mapping[str, Mapping[str, Any]] = {"condition": conditions(), "navigator": contestants()}
     kind, colon, plain = name.partition(":")
     if colon:
-        _known("fewer", kind, known)
-        _known("fewer", plain, known[kind])
+        one_of("fewer", [kind], known)
+        one_of("fewer", [plain], known[kind])
         return kind, plain
     having = [kind for kind, names in known.items() if name in names]
     if len(having) > 1:
         raise InvalidInput("fewer", name, " or ".join(f"{kind}:{name}" for kind in having), "both have this name")
-    _known("fewer", name, {**known["condition"], **known["navigator"]})
+    one_of("fewer", [name], {**known["condition"], **known["navigator"]})
     return having[0], name
 
 
 def _at_most(episodes: int, limits: Mapping[tuple[str, str], int], condition: str, navigator: str) -> int:
     named = ("condition", condition), ("navigator", navigator)
     return min([episodes, *(limits[key] for key in named if key in limits)])
-
-
-def _known(field_name: str, name: str, known: Mapping[str, Any]) -> None:
-    if name not in known:
-        raise UnknownName(field_name, name, known)

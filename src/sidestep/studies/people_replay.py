@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from sidestep.checks import one_of
 from sidestep.errors import InvalidInput
 from sidestep.io.scene_maps import scene_walls
 from sidestep.io.tracks import read_recordings
@@ -90,7 +91,11 @@ def replay_study(
 
     Returns:
         One row per navigator, JSON-able.
+
+    Raises:
+        UnknownName: there is no such navigator.
     """
+    one_of("navigators", navigators, contestants())
     recordings = {name: r for name, r in read_recordings(file).items() if name not in without}
     chosen = choose_trips(file, recordings, trips=trips, kinds=kinds, seed=seed, crowd=crowd)
     pieces = [
