@@ -12,6 +12,8 @@ import numpy as np
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.types import LARGEST
 
+MOST = 10_000_000
+"""Episodes, trips, moments; a list of more pieces of work fits no memory."""
 FARTHEST = 100
 """Steps; nobody looks farther ahead: time grows with the third power of it in the plane, memory too."""
 MOST_REACH = 10
@@ -133,14 +135,25 @@ def one_of(field: str, names: Iterable[str], known: Collection[str]) -> None:
             raise UnknownName(field, name, known)
 
 
-def at_least_one(field: str, value: int, mend: str = "") -> int:
-    """Return `value`.
+def counted(field: str, value: int, *, most: int = MOST, mend: str = "") -> int:
+    """Return how many of something there are to be.
 
     Raises:
-        InvalidInput: there is less than one.
+        InvalidInput: less than one, or more than `most`.
     """
-    if value < 1:
-        raise InvalidInput(field, value, "an integer ≥ 1", mend)
+    if not 1 <= value <= most:
+        raise InvalidInput(field, value, f"an integer from 1 to {most}", mend)
+    return value
+
+
+def seeded(field: str, value: int) -> int:
+    """Return a seed of random numbers.
+
+    Raises:
+        InvalidInput: it is negative, or takes more than 32 bits.
+    """
+    if not 0 <= value < 2**32:
+        raise InvalidInput(field, value, "an integer from 0 to 4294967295")
     return value
 
 

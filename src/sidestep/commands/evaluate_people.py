@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sidestep.checks import at_least_one, one_of
+from sidestep.checks import counted, one_of, seeded
 from sidestep.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -94,7 +94,8 @@ def _check(request: PeopleRequest) -> None:
         ("--moments", request.moments),
         ("--crowd", 1 if request.crowd is None else request.crowd),
     ):
-        at_least_one(name, value)
+        counted(name, value)
+    seeded("--seed", request.seed)
 
 
 def _predictions(

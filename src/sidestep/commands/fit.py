@@ -42,7 +42,7 @@ def fit(
         out=out,
         start=start,
         kinds=tuple(kinds.split(",")),
-        without=tuple(without.split(",")),
+        without=tuple(filter(None, without.split(","))),
         every=every,
         most=most,
         seed=seed,
@@ -74,14 +74,22 @@ def make(
     """Fit, score, write; the object that --json prints."""
     from dataclasses import asdict
 
+    from sidestep.checks import one_of, seeded
     from sidestep.commands.reproduction import progress_bar
+    from sidestep.errors import InvalidInput
     from sidestep.human.model import HumanModel
     from sidestep.io.human_models import read_human_model, write_human_model
     from sidestep.io.tracks import read_recordings
     from sidestep.studies.people_fit import fit_model, walking_speeds
     from sidestep.studies.people_prediction import prediction_study
+    from sidestep.types import LARGEST
 
-    recordings = {k: r for k, r in read_recordings(tracks).items() if k not in without}
+    seeded("--seed", seed)
+    if not 0.0 < every <= LARGEST:
+        raise InvalidInput("--every", every, "a finite number > 0 (s)")
+    every_scene = read_recordings(tracks)
+    one_of("--without", without, every_scene)
+    recordings = {k: r for k, r in every_scene.items() if k not in without}
     model = HumanModel() if start is None else read_human_model(start)
     with progress_bar("fit") as tell:
         found = fit_model(recordings, model, kinds=kinds, every=every, seed=seed, progress=tell)

@@ -22,18 +22,19 @@ def drive(
     """Run the rooms; write results.json, the figure and the records of the first room; print table or JSON."""
     import json as text
 
-    from sidestep.checks import at_least_one
+    from sidestep.checks import counted
     from sidestep.commands.console import emit_json, plain, show, table
     from sidestep.commands.reproduction import progress_bar
     from sidestep.io.files import ready_folder, written
     from sidestep.io.records import write_record
     from sidestep.perception.classifier import load_classifier
+    from sidestep.studies.engines import processes
     from sidestep.studies.lab import lab_study, lab_summary, outcome_rows
     from sidestep.viewer.figure_lab import lab_runs_figure
     from sidestep.viewer.figures import save_figure
 
-    at_least_one("--seeds", seeds)
-    at_least_one("--workers", workers)
+    counted("--seeds", seeds)
+    processes(workers)
     folder = ready_folder(out)
     trees = None if classifier is None else load_classifier(classifier)
     with progress_bar("laboratory") as tell:

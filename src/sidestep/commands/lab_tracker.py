@@ -49,12 +49,14 @@ def train(path: Path, labelled: tuple[Path, ...], *, seed: int, json: bool) -> N
     """Train a leg classifier, write it, and print how it does on simulated scans that it has not seen."""
     import numpy as np
 
+    from sidestep.checks import seeded
     from sidestep.errors import InvalidInput
     from sidestep.io.files import ready_for, written
     from sidestep.io.scans import read_scan_recording
     from sidestep.studies.leg_training import confusion, recorded_samples, simulated_samples
     from sidestep.studies.leg_training import train as fit
 
+    seeded("--seed", seed)
     if path.suffix != ".npz":
         raise InvalidInput("--train", str(path), "a file that ends in .npz")
     ready_for(path)

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from sidestep.checks import seeded
 from sidestep.errors import InvalidInput
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.scene import Scene, rectangle
@@ -48,6 +49,7 @@ class LabSettings:
     def __post_init__(self) -> None:
         if self.human not in ("concerned", "unconcerned"):
             raise InvalidInput("lab.human", self.human, "concerned or unconcerned")
+        seeded("lab.seed", self.seed)
         steps = 1 / (CONTROL_STEP * self.planner_rate) if self.planner_rate > 0 else 0.0
         if steps < 1 - 1e-9 or abs(steps - round(steps)) > 1e-6 or self.planner_rate < 0.5:
             raise InvalidInput("lab.planner_rate", self.planner_rate, "20, 10, 5, 4, 2.5, 2, 1 or 0.5 (Hz)")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.checks import at_least_one, one_of
+from sidestep.checks import counted, one_of, seeded
 from sidestep.studies.engines import Store, each, length, run_kept
 from sidestep.types import FloatArray
 
@@ -106,7 +106,8 @@ def run_study(
     """
     one_of("study", [name], studies())
     study = studies()[name]
-    count = at_least_one("episodes", study.episodes if episodes is None else episodes)
+    count = counted("episodes", study.episodes if episodes is None else episodes)
+    seeded("seed", seed)
     pieces = [
         ArmPiece(name, arm, k, min(k + study.piece, study.count(arm, count)), seed)
         for k in range(0, count, study.piece)

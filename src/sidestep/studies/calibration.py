@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.checks import at_least_one
+from sidestep.checks import counted, seeded
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.planner import Planner
@@ -101,9 +101,10 @@ def calibration_study(
         kind → {"ece", "brier", "n", "steps", "bins"}, JSON-able.
 
     Raises:
-        InvalidInput: there are no episodes.
+        InvalidInput: there are no episodes, or too many, or the seed is none.
     """
-    at_least_one("episodes", episodes)
+    counted("episodes", episodes)
+    seeded("seed", seed)
     pieces = [
         CalibrationPiece(kind=kind, start=k, stop=min(k + EPISODES_PER_PIECE, episodes), seed=seed)
         for kind in kinds

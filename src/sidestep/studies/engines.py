@@ -8,7 +8,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import partial
 from typing import Any, Protocol, TypeVar
 
-from sidestep.checks import at_least_one
+from sidestep.checks import counted
 from sidestep.errors import InvalidInput, MissingExtra, SidestepError
 
 Piece = TypeVar("Piece")
@@ -133,7 +133,7 @@ def processes(workers: int | None) -> int:
     """
     if workers is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return at_least_one("workers", workers, "leave it out to use all cores")
+    return counted("workers", workers, most=1024, mend="leave it out to use all cores")
 
 
 def run_pieces(

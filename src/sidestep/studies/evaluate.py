@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.checks import at_least_one, one_of
+from sidestep.checks import counted, one_of, seeded
 from sidestep.errors import InvalidInput
 from sidestep.studies.conditions import conditions
 from sidestep.studies.engines import Store, each, length, run_kept
@@ -113,7 +113,8 @@ def evaluate(
     one_of("navigators", navigator_names, contestants())
     limits = {_whose(name): count for name, count in (fewer or {}).items()}
     for count in (episodes, *limits.values()):
-        at_least_one("episodes", count)
+        counted("episodes", count)
+    seeded("seed", seed)
     most = {(c, n): _at_most(episodes, limits, c, n) for c in condition_names for n in navigator_names}
     pieces = [
         Piece(condition=c, navigator=n, start=k, stop=min(k + PIECE, count), seed=seed)
