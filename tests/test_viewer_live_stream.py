@@ -150,6 +150,12 @@ def test_a_world_that_fails_begins_anew_and_the_server_goes_on(house, caplog):
     assert "begins anew" in caplog.text
 
 
+@pytest.mark.parametrize("host", ["", "no such host"])
+def test_a_host_that_is_none_is_named(host):
+    with pytest.raises(InvalidInput, match="--host: got"):
+        server.listen(host, 0)
+
+
 def test_a_port_in_use_is_one_line():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -62,8 +62,11 @@ def serve(
 
     Raises:
         MissingExtra: NiceGUI is not installed.
-        InvalidInput: the address cannot be bound.
+        InvalidInput: there is no such host, or the address cannot be bound.
     """
+    where = "a name or an address of this machine"
+    if not host:  # to the system that means all of them; nobody opens a page to everybody by leaving something out
+        raise InvalidInput("--host", host, where, "0.0.0.0 is reachable from everywhere")
     require()
     import uvicorn
 
@@ -147,14 +150,20 @@ def listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens at `host` and `port`.
 
     Raises:
-        InvalidInput: the address cannot be bound.
+        InvalidInput: there is no such host, or the address cannot be bound.
     """
+    where = "a name or an address of this machine"
+    if not host:  # to the system that means all of them; nobody opens a page to everybody by leaving something out
+        raise InvalidInput("--host", host, where, "0.0.0.0 is reachable from everywhere")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listening = socket.socket(family, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
         listening.listen(128)  # from now on a browser may knock; it is answered as soon as the server runs
+    except socket.gaierror as error:
+        listening.close()
+        raise InvalidInput("--host", host, where, error.strerror) from None
     except (OSError, OverflowError) as error:
         listening.close()
         raise InvalidInput(
