@@ -18,6 +18,7 @@ def animate(record: Path, /, *, out: Path | None = None, fps: int = 20, speed: f
     from sidestep.io.records import read_record
     from sidestep.viewer.animation import animate as filmed
 
+    shown = read_record(record)
     target = out or record.with_suffix(".mp4")
-    filmed(read_record(record), target, fps=fps, speed=speed)
+    filmed(shown, target, fps=fps, speed=speed)
     show(f"wrote {target}")

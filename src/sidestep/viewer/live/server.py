@@ -163,7 +163,7 @@ def listen(host: str, port: int) -> socket.socket:
         listening.listen(128)  # from now on a browser may knock; it is answered as soon as the server runs
     except socket.gaierror as error:
         listening.close()
-        raise InvalidInput("--host", host, where, error.strerror) from None
+        raise InvalidInput("--host", host, where, error.strerror or str(error)) from None
     except (OSError, OverflowError) as error:
         listening.close()
         raise InvalidInput(
