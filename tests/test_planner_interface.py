@@ -92,6 +92,10 @@ def test_every_dimension(d: int) -> None:
     ("changes", "field"),
     [
         ({"horizon": 0}, "planner.horizon"),
+        ({"horizon": 101}, "planner.horizon"),
+        ({"horizon": 10**20}, "planner.horizon"),
+        ({"horizon": 50, "goal": (0.0, 0.0, 5.0)}, "planner.horizon"),
+        ({"threads": 10**9}, "planner.threads"),
         ({"time_step": -1.0}, "planner.time_step"),
         ({"risk_limit": 0.0}, "planner.risk_limit"),
         ({"risk_limit": float("nan")}, "planner.risk_limit"),

@@ -120,12 +120,7 @@ class Planner:
             raise InvalidInput("planner.goal", value, "2 finite numbers (m) for a differential drive")
         if goal.size == 1 and self.obstacles is not None:
             raise InvalidInput("planner.goal", value, "2 or 3 finite numbers (m) where there is a map")
-        steps = self.settings.horizon
-        if (2 * self.human.reach * steps + 1) ** goal.size * steps > _MOST_CELLS:
-            allowed = (
-                f"fewer steps in {goal.size}-D with human.reach {self.human.reach}: the mass of a person fits no memory"
-            )
-            raise InvalidInput("planner.horizon", steps, allowed)
+        _check_memory(self.settings, self.human, goal.size)
         for whose, name in product(("planner", "human"), ("goal_weight", "effort_weight")):
             weight = getattr(self.settings if whose == "planner" else self.human, name)
             if isinstance(weight, tuple) and len(weight) != goal.size:
@@ -333,6 +328,14 @@ class Planner:
             reason=reason,
             duration=perf_counter() - started,
         )
+
+
+def _check_memory(settings: PlannerSettings, human: HumanModel, dimension: int) -> None:
+    """Check that a person can be predicted over the whole horizon."""
+    reach, steps = human.reach, settings.horizon
+    if (2 * reach * steps + 1) ** dimension * steps > _MOST_CELLS:
+        allowed = f"fewer steps in {dimension}-D with human.reach {reach}: one person's mass would fill the memory"
+        raise InvalidInput("planner.horizon", steps, allowed)
 
 
 def _is_state(robot: object) -> bool:
