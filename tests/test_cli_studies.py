@@ -82,7 +82,7 @@ def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     [
         (["evaluate", "--fewer", "mpc:3", "--out", "OUT"], "NAME=COUNT"),
         (["evaluate", "--fewer", "social-force=3", "--out", "OUT"], "condition:social-force or navigator:social-force"),
-        (["evaluate", "--episodes", "0", "--out", "OUT"], "episodes: got 0; allowed: an integer from 1"),
+        (["evaluate", "--episodes", "0", "--out", "OUT"], "episodes: got 0; allowed: an integer ≥ 1"),
         (["evaluate", "--calibration", "--episodes", "0", "--out", "OUT"], "episodes: got 0"),
         (["evaluate", "--trips", "3", "--out", "OUT"], "only together with --people"),
         (["evaluate", "--calibration", "--conditions", "straight", "--out", "OUT"], "only without --calibration"),

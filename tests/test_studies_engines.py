@@ -54,7 +54,7 @@ def test_workers_that_die_again_and_again_are_reported():
 def test_no_worker_is_not_taken_for_all_of_them():
     assert processes(3) == 3
     assert processes(None) >= 1
-    with pytest.raises(InvalidInput, match="workers: got 0; allowed: an integer from 1 to 1024; leave it out"):
+    with pytest.raises(InvalidInput, match="workers: got 0; allowed: an integer ≥ 1 and ≤ 1024; leave it out"):
         processes(0)
 
 

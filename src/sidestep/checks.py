@@ -67,7 +67,7 @@ class Checks:
             if value is None and optional:
                 continue
             if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
-                raise self.wrong(name, f"an integer from {least} to {most}{_remark('', optional)}", mend)
+                raise self.wrong(name, f"an integer ≥ {least} and ≤ {most}{_remark('', optional)}", mend)
             self._keep(name, int(value))
 
     def words(self, name: str, literal: Any) -> None:
@@ -142,7 +142,7 @@ def counted(field: str, value: int, *, most: int = MOST, mend: str = "") -> int:
         InvalidInput: less than one, or more than `most`.
     """
     if not 1 <= value <= most:
-        raise InvalidInput(field, value, f"an integer from 1 to {most}", mend)
+        raise InvalidInput(field, value, f"an integer ≥ 1 and ≤ {most}", mend)
     return value
 
 
@@ -153,7 +153,7 @@ def seeded(field: str, value: int) -> int:
         InvalidInput: it is negative, or takes more than 32 bits.
     """
     if not 0 <= value < 2**32:
-        raise InvalidInput(field, value, "an integer from 0 to 4294967295")
+        raise InvalidInput(field, value, f"an integer ≥ 0 and < {2**32}")
     return value
 
 
