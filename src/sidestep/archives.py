@@ -12,6 +12,12 @@ from numpy.typing import NDArray
 
 from sidestep.errors import InvalidFile
 
+_BROKEN = (
+    OSError, EOFError, ValueError, TypeError, KeyError, SyntaxError, MemoryError, zipfile.BadZipFile, zlib.error,
+    RuntimeError,  # encrypted, they say, or compressed in a way that is not implemented
+)  # fmt: skip
+"""How NumPy ends on what was cut off or garbled."""
+
 
 def read_arrays(path: Path, what: str) -> dict[str, NDArray[Any]]:
     """Return all arrays of an archive by name; nothing in it is unpickled.
@@ -20,17 +26,13 @@ def read_arrays(path: Path, what: str) -> dict[str, NDArray[Any]]:
         InvalidFile: there is no such file, or it is not a whole archive of plain arrays; `what` says what it should be.
     """
     try:
-        with path.open("rb") as file:
+        with path.open("rb") as file:  # NumPy leaves what it opened itself open when it fails
             archive = np.load(file, allow_pickle=False)
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise InvalidFile(str(path), "a single array", what)
-            with archive:
-                return {name: archive[name] for name in archive.files}
-    except InvalidFile:
-        raise
+            if isinstance(archive, np.lib.npyio.NpzFile):
+                with archive:
+                    return {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise InvalidFile(str(path), "no such file", what) from None
-    except (OSError, EOFError, ValueError, TypeError, KeyError, SyntaxError, NotImplementedError, MemoryError) as error:
+    except _BROKEN as error:
         raise InvalidFile(str(path), str(error) or type(error).__name__, what) from None
-    except (RuntimeError, zipfile.BadZipFile, zlib.error) as error:  # encrypted, they say; cut off; garbled
-        raise InvalidFile(str(path), str(error), what) from None
+    raise InvalidFile(str(path), "a single array", what)

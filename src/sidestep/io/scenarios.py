@@ -8,7 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from sidestep.errors import InvalidFile, InvalidInput, UnknownName
+from sidestep.checks import one_of
+from sidestep.errors import InvalidFile, InvalidInput
 from sidestep.io.files import written
 from sidestep.io.human_models import read_human_table
 from sidestep.io.toml import to_toml, without_none
@@ -32,9 +33,7 @@ def shipped_text(name: str) -> str:
     Raises:
         UnknownName: there is none of that name.
     """
-    names = shipped_names()
-    if name not in names:
-        raise UnknownName("scenario", name, names)
+    one_of("scenario", [name], shipped_names())
     return (resources.files("sidestep") / _FOLDER / f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.errors import MissingExtra, UnknownName
+from sidestep.checks import one_of
+from sidestep.errors import MissingExtra
 from sidestep.human.observation import PersonObservation
 from sidestep.robots import RobotState
 from sidestep.simulation.navigators import Steering, Trip, positions_and_velocities, steering
@@ -35,8 +36,7 @@ class Navground:
             MissingExtra: navground is not installed.
             UnknownName: there is no such behaviour.
         """
-        if behavior not in BEHAVIORS:
-            raise UnknownName("behavior", behavior, BEHAVIORS)
+        one_of("behavior", [behavior], BEHAVIORS)
         self._trip = trip
         self._core = load_navground()
         self._behavior_name = behavior

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.errors import UnknownName
+from sidestep.checks import one_of
 from sidestep.studies.paper import PLACES, Place, Points
 from sidestep.studies.paper_points import Setting
 from sidestep.studies.paper_table import CLAIMS, Claim
@@ -29,10 +29,9 @@ def chosen_claims(ids: str | None) -> list[Claim]:
     known = {c.id: c for c in CLAIMS}
     if not ids:
         return list(CLAIMS)
-    for name in ids.split(","):
-        if name not in known:
-            raise UnknownName("--claims", name, known)
-    return [known[name] for name in ids.split(",")]
+    names = ids.split(",")
+    one_of("--claims", names, known)
+    return [known[name] for name in names]
 
 
 def asked_by(claims: Sequence[Claim], places: Sequence[Place] = PLACES) -> dict[Setting, set[str]]:

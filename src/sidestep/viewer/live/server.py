@@ -64,9 +64,6 @@ def serve(
         MissingExtra: NiceGUI is not installed.
         InvalidInput: there is no such host, or the address cannot be bound.
     """
-    where = "a name or an address of this machine"
-    if not host:  # to the system that means all of them; nobody opens a page to everybody by leaving something out
-        raise InvalidInput("--host", host, where, "0.0.0.0 is reachable from everywhere")
     require()
     import uvicorn
 
