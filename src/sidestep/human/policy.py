@@ -33,7 +33,7 @@ from sidestep.human.model import HumanModel
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray
 
-NEAR_FROM = 900
+NEAR_FROM = 300
 """N·M from which it pays to look for where the robot makes a difference before anything is swept."""
 _ONCE = np.ones(1, np.bool_)
 
