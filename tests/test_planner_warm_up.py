@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import sidestep
-from sidestep import compiling, rehearsal
+from sidestep import rehearsal
 from sidestep.robots import Holonomic
 
 COUNT = """
@@ -102,51 +102,3 @@ def test_whatever_can_be_planned_with_can_be_planned_with_in_time(human):
         )  # fmt: skip
         plan = planner.step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=[])
         assert plan.status == "certified"
-
-
-@pytest.mark.slow
-def test_a_second_process_compiles_what_comes_last_in_a_first_run():
-    code = f"""{COUNT}
-from sidestep.compiling import rehearse_backwards
-rehearse_backwards()
-ahead = loaded()
-late(sidestep.Planner(robot=Holonomic(), goal=(3.0, 4.0)))
-last = ("search.cheapest_path", "program_around.program_around", "habits.learn", "evidence.weigh_action")
-for name in map("sidestep._kernels.".__add__, last):
-    assert len(ahead[name]) == 1, name
-    assert loaded()[name] == ahead[name], (name, loaded()[name])
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr[-2000:]
-
-
-def test_help_is_called_only_where_nothing_is_compiled(monkeypatch):
-    begun = []
-
-    class Helper:
-        def __init__(self, command, **_):
-            begun.append(command)
-
-        def terminate(self):
-            begun.append("terminated")
-
-        def wait(self):
-            begun.append("gone")
-
-    monkeypatch.setattr(compiling.subprocess, "Popen", Helper)
-    monkeypatch.setattr(compiling, "compiled", lambda: True)
-    with compiling.helped():
-        assert not begun
-    monkeypatch.setattr(compiling, "compiled", lambda: False)
-    monkeypatch.setattr(compiling.os, "cpu_count", lambda: 1)
-    with compiling.helped():
-        assert not begun
-    monkeypatch.setattr(compiling.os, "cpu_count", lambda: 2)
-    with compiling.helped():
-        assert [command[0] for command in begun] == [sys.executable]
-    assert begun[1:] == ["terminated", "gone"]
-
-
-def test_what_is_compiled_is_found():
-    compiling.rehearse_backwards()
-    assert compiling.compiled()

@@ -103,7 +103,7 @@ def _numbered(counts: tuple[int, ...]) -> IntArray:
 
 
 def _joined(arrays: Sequence[FloatArray]) -> FloatArray:
-    return arrays[0] if len(arrays) == 1 else sealed(np.concatenate(arrays))
+    return sealed(arrays[0] if len(arrays) == 1 else np.concatenate(arrays))
 
 
 def foresee(

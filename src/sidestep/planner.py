@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from sidestep import minds, rehearsal
+from sidestep import compiling, minds, rehearsal
 from sidestep.checks import numbers_in, of_kind
 from sidestep.crew import Crew
 from sidestep.errors import InvalidInput, UnknownName
@@ -97,6 +97,8 @@ class Planner:
     def warm_up(self, *, walled: bool | None = None) -> None:
         """Compile and load all that planning needs, which takes seconds once per process, before a call that counts.
 
+        The first time after an installation takes a minute or two, shared among the processors.
+
         Done by itself where there is a deadline: the first calls would be late.
 
         Args:
@@ -104,6 +106,7 @@ class Planner:
         """
         human = replace(self.human, goals=())  # where to makes no difference
         walled = self.obstacles is not None if walled is None else walled
+        compiling.compile_together(walls=walled)
         _rehearsed(self.robot, human, self.settings, self.goal.size, walled)
 
     @property
@@ -168,6 +171,7 @@ class Planner:
         """
         started = perf_counter()
         try:
+            compiling.announce(walls=self.obstacles is not None)
             stop = self._trouble(time, robot, people)
             plan = self._stopped(time, robot, stop, started) if stop else self._planned(time, robot, started, wish)
         except Exception as error:  # a fault of ours must not leave the robot with an old command

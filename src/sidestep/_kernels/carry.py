@@ -29,7 +29,9 @@ def grown(path: FloatArray, goal: FloatArray, steps: int) -> FloatArray:
     """(steps+1, d) m: `path` as far as it goes, and on to `goal` at the length of its last stride."""
     known, d = min(path.shape[0], steps + 1), path.shape[1]
     out = np.empty((steps + 1, d))
-    out[:known] = path[:known]
+    for k in range(known):
+        for a in range(d):
+            out[k, a] = path[k, a]
     stride = 0.0
     if known > 1:
         for a in range(d):
@@ -53,8 +55,8 @@ def shifted(positions: FloatArray, shift: float, start: FloatArray, goal: FloatA
             rise = positions[min(low + 1, last), a] - positions[low, a]
             part[k, a] = positions[low, a] + (instant - low) * rise
     out = grown(part, goal, steps)
-    offset = start - out[0]
-    for k in range(steps + 1):
-        for a in range(d):
-            out[k, a] += offset[a]
+    for a in range(d):
+        offset = start[a] - out[0, a]
+        for k in range(steps + 1):
+            out[k, a] += offset
     return out

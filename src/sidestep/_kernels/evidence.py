@@ -165,5 +165,6 @@ def weigh_action(
         return weights
     likelihood = goal_likelihood(probabilities, action_weights(velocities, moved, elapsed, doubt))
     if goals_only:
-        likelihood[:, 1] = likelihood[:, 0]
+        for g in range(likelihood.shape[0]):
+            likelihood[g, 1] = likelihood[g, 0]
     return observed(weights, likelihood, share)

@@ -109,7 +109,8 @@ def remember(history: FloatArray, time: float, mean: FloatArray, noise: FloatArr
     rows = history.shape[0]
     if not (rows > 1 and time - history[1, 0] < gap):
         for i in range(rows - 1, 0, -1):
-            history[i] = history[i - 1]
+            for column in range(history.shape[1]):  # written out: to assign a row takes 2 s to compile
+                history[i, column] = history[i - 1, column]
     history[0, 0] = time
     for a in range(d):
         history[0, 1 + a] = mean[a]

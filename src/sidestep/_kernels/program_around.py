@@ -121,8 +121,10 @@ def _among_risk(
     rays, active = np.zeros((directions.shape[0], 3)), np.zeros(3, np.int64)
     for a in range(d):
         active[3 - d + a] = 1
-        cells[:, 3 - d + a] = (cells[:, 3 - d + a] - path[0, a]) / spacing
-        rays[:, 3 - d + a] = directions[:, a]
+        for half in range(cells.shape[0]):
+            cells[half, 3 - d + a] = (cells[half, 3 - d + a] - path[0, a]) / spacing
+        for ray in range(rays.shape[0]):
+            rays[ray, 3 - d + a] = directions[ray, a]
     room, slope, level = corridor(cells, rays, REACH, active, values, starts, some, low, size, limit)
     paid = np.ones(steep.size)
     for k in range(steep.size):

@@ -34,9 +34,9 @@ def mass_within_along(
     stride = 1 if midway else 2
     out = np.zeros(2 * (path.shape[0] - 1))
     points, instants = _looked_at(path, stride)
-    out[stride - 1 :: stride] = mass_within(
-        points, instants, flat, offsets, radii, spacings, origin, rotation, active, distance
-    )
+    near = mass_within(points, instants, flat, offsets, radii, spacings, origin, rotation, active, distance)
+    for n in range(near.size):
+        out[stride * (n + 1) - 1] = near[n]
     return out
 
 
@@ -61,8 +61,10 @@ def mass_near_along(
     stride = 1 if midway else 2
     out = np.zeros(2 * (path.shape[0] - 1))
     points, instants = _looked_at(path, stride)
-    out[stride - 1 :: stride] = mass_near(
+    near = mass_near(
         points, instants, flat, offsets, radii, spacings, origin, rotation, active, spans, span_starts, outside,
         samples, grids,
     )  # fmt: skip
+    for n in range(near.size):
+        out[stride * (n + 1) - 1] = near[n]
     return out

@@ -18,6 +18,7 @@ from sidestep._kernels.search_costs import (
     arrival_costs,
     cells_of,
     charge,
+    grow_into,
     grown,
     halfway_costs,
     halfway_risk,
@@ -278,7 +279,7 @@ def _walk(known: Known, seen: Seen, change: float) -> tuple[float, IntArray]:
     _, active, taps, effort, first, blocked_halfway, weights, limit, steep, share, low, size, arrive, begin = known
     wide = np.empty((steep.size, 2, 3), np.int64)
     for k in range(steep.size):
-        wide[k, 0], wide[k, 1] = grown(low[k], size[k], known.radius, known.radius, active)
+        grow_into(low[k], size[k], known.radius, known.radius, active, wide[k, 0], wide[k, 1])
     f0, f1 = (blocked_halfway.shape[1] - 1) // 2, (blocked_halfway.shape[2] - 1) // 2
     f2 = (blocked_halfway.shape[3] - 1) // 2
     chosen, trial = np.zeros(steep.size, np.int64), np.zeros(steep.size, np.int64)
@@ -324,7 +325,8 @@ def _walk(known: Known, seen: Seen, change: float) -> tuple[float, IntArray]:
             y0, y1, y2 = y0 + taps[pick, 0], y1 + taps[pick, 1], y2 + taps[pick, 2]
         if whole < total:
             total = whole
-            chosen[:] = trial
+            for k in range(trial.size):
+                chosen[k] = trial[k]
     return total, chosen
 
 

@@ -32,10 +32,18 @@ def row_at(i: int, j: int, k: int, low: IntArray, size: IntArray) -> int:
 def grown(low: IntArray, size: IntArray, before: int, after: int, active: IntArray) -> tuple[IntArray, IntArray]:
     """A box with more cells at its low and high ends (written out: array expressions take seconds to compile)."""
     first, count = np.empty(3, np.int64), np.empty(3, np.int64)
+    grow_into(low, size, before, after, active, first, count)
+    return first, count
+
+
+@njit(cache=True, error_model="numpy")
+def grow_into(
+    low: IntArray, size: IntArray, before: int, after: int, active: IntArray, first: IntArray, count: IntArray
+) -> None:
+    """Write the box that `grown` returns."""
     for a in range(3):
         first[a] = low[a] - before * active[a]
         count[a] = size[a] + (before + after) * active[a]
-    return first, count
 
 
 @njit(cache=True, error_model="numpy")

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sidestep._kernels.min_plus import WIDTH, lower
-from sidestep._kernels.search_costs import Costs, cells_of, grown, row_at
+from sidestep._kernels.search_costs import Costs, cells_of, grow_into, grown, row_at
 from sidestep.types import IntArray
 
 
@@ -152,7 +152,7 @@ def costs_to_go(
     low, size = np.zeros((horizon + 1, 3), np.int64), np.ones((horizon + 1, 3), np.int64)
     begin = np.zeros(horizon + 2, np.int64)
     for k in range(1, horizon + 1):
-        low[k], size[k] = grown(low[0], size[0], radius * k, radius * k, active)
+        grow_into(low[0], size[0], radius * k, radius * k, active, low[k], size[k])
         begin[k + 1] = begin[k] + cells_of(size[k])
     out = np.empty(begin[horizon + 1] + WIDTH, np.float32)
     at = begin[horizon]
@@ -236,7 +236,7 @@ def tube(
     """
     low, size = np.zeros((horizon + 1, 3), np.int64), np.ones((horizon + 1, 3), np.int64)
     for k in range(1, horizon + 1):
-        low[k], size[k] = grown(low[0], size[0], radius * k, radius * k, active)
+        grow_into(low[0], size[0], radius * k, radius * k, active, low[k], size[k])
     corner, box = grown(low[0], size[0], radius, radius, active)
     found = np.full(cells_of(box) + WIDTH, np.float32(np.inf))
     h0, h1, h2 = stage.shape[0] // 2, stage.shape[1] // 2, stage.shape[2] // 2

@@ -269,7 +269,8 @@ def axis_policies(
     for axis in range(3):
         if axis < 3 - dimension:
             continue
-        values[:] = goal_axes[axis]
+        for i in range(values.size):
+            values[i] = goal_axes[axis, i]
         for j in range(steps - 1, 0, -1):
             box = radius + reach * j
             for i in range(centre - box, centre + box + 1):
@@ -277,7 +278,8 @@ def axis_policies(
                 for u in range(count):
                     best = min(best, taps[j, axis, u] + values[i + u - reach])
                 lower[i] = best + goal_axes[axis, i]
-            values[centre - box : centre + box + 1] = lower[centre - box : centre + box + 1]
+            for i in range(centre - box, centre + box + 1):
+                values[i] = lower[i]
         for i in range(-radius, radius + 1):
             _spread_over_minimisers(
                 values, centre + i, taps[0, axis], tolerance, rationality, tables, axis * count, middle + i

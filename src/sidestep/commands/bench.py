@@ -35,12 +35,14 @@ def bench(
         page: JSON file to write for the pages of evidence (docs/evidence/results), with the figures in ../../figures.
         json: print one JSON object and nothing else.
     """
+    from sidestep.commands.bars import first_time
     from sidestep.commands.bench_report import draw, show_tables, write_bench_page
     from sidestep.commands.console import emit_json, say
     from sidestep.io.files import ready_folder, ready_for
 
     ready_for(page)
     folder = ready_folder(out)
+    first_time(walls=True)
     result = measured(quick, say)
     figures = draw(result, folder)
     if page is not None:

@@ -19,7 +19,7 @@ def calibrated(
     episodes: int, seed: int, workers: int, engine: str, folder: Path, page: Path | None
 ) -> dict[str, dict[str, Any]]:
     """Return the results by kind of people; figure and page are written. Arguments as for the command."""
-    from sidestep.commands.reproduction import progress_bar
+    from sidestep.commands.bars import progress_bar
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.studies.calibration import calibration_study
     from sidestep.viewer.figure_calibration import calibration_figure

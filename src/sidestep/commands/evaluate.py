@@ -170,7 +170,7 @@ def _compared(
 ) -> dict[str, Any]:
     from importlib.util import find_spec
 
-    from sidestep.commands.reproduction import progress_bar
+    from sidestep.commands.bars import progress_bar
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.studies.conditions import conditions as every_condition
     from sidestep.studies.evaluate import evaluate as run

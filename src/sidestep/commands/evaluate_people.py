@@ -101,7 +101,7 @@ def _check(request: PeopleRequest) -> None:
 def _predictions(
     recordings: Mapping[str, Recording], model: HumanModel, request: PeopleRequest
 ) -> Sequence[dict[str, Any]]:
-    from sidestep.commands.reproduction import progress_bar
+    from sidestep.commands.bars import progress_bar
     from sidestep.studies.people_prediction import prediction_study
 
     with progress_bar("predictions") as tell:
@@ -119,7 +119,7 @@ def _predictions(
 def _beliefs(
     recordings: Mapping[str, Recording], model: HumanModel, vehicle: Vehicle, request: PeopleRequest
 ) -> Sequence[dict[str, Any]]:
-    from sidestep.commands.reproduction import progress_bar
+    from sidestep.commands.bars import progress_bar
     from sidestep.studies.people_awareness import awareness_study
 
     models = {"clearance": model}
@@ -134,7 +134,7 @@ def _beliefs(
 
 
 def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
-    from sidestep.commands.reproduction import progress_bar
+    from sidestep.commands.bars import progress_bar
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.studies.people_replay import replay_study
 

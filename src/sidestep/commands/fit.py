@@ -75,7 +75,7 @@ def make(
     from dataclasses import asdict
 
     from sidestep.checks import one_of, seeded
-    from sidestep.commands.reproduction import progress_bar
+    from sidestep.commands.bars import progress_bar
     from sidestep.errors import InvalidInput
     from sidestep.human.model import HumanModel
     from sidestep.io.human_models import read_human_model, write_human_model

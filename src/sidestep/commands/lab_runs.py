@@ -23,8 +23,8 @@ def drive(
     import json as text
 
     from sidestep.checks import counted
+    from sidestep.commands.bars import progress_bar
     from sidestep.commands.console import emit_json, plain, show, table
-    from sidestep.commands.reproduction import progress_bar
     from sidestep.io.files import ready_folder, written
     from sidestep.io.records import write_record
     from sidestep.perception.classifier import load_classifier

@@ -33,6 +33,7 @@ def live(
         host: address to listen on; the default is reachable from this machine only.
         show: open the page in the browser.
     """
+    from sidestep.commands.bars import first_time
     from sidestep.commands.console import say
     from sidestep.errors import InvalidInput
     from sidestep.io.records import read_record
@@ -47,6 +48,7 @@ def live(
     shown = None if record is None else read_record(record)
     if shown is None:
         say("getting ready (the first start after an installation takes longer)")
+        first_time(walls=True)
         server.warm_up(shelf, settings, steps=WARM_UP_STEPS)
 
     def ready(address: str, reachable: bool) -> None:

@@ -30,7 +30,7 @@ def watched(scenario: Scenario, recording: Recording | None) -> Record:
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[state]}"))
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(scenario.name, total=None, state="getting ready (compiling, the first time)")
+        task = bar.add_task(scenario.name, total=None, state="getting ready")
 
         def show(step: Step) -> None:
             if step.index == 0:

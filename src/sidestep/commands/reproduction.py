@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import sys
-from collections.abc import Callable
-from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from matplotlib.figure import Figure
 
     from sidestep.io.checkpoints import Checkpoints
@@ -26,6 +21,7 @@ def make(
     *, quick: bool, claims: str | None, out: Path, workers: int | None, page: Path | None, data: Path | None
 ) -> dict[str, Any]:
     """Return the results as they go into JSON; arguments as for the command."""
+    from sidestep.commands.bars import progress_bar
     from sidestep.commands.console import plain
     from sidestep.commands.reproduce import FULL_SEEDS, QUICK_SEEDS, SWEEP_SEEDS
     from sidestep.commands.reproduction_figures import draw
@@ -134,21 +130,3 @@ def _save(drawn: tuple[Figure, list[Path]]) -> None:
         with written(path) as file:
             figure.savefig(file, format=path.suffix[1:], dpi=200)
         figure.set_layout_engine("none")  # laid out once, for both
-
-
-@contextmanager
-def progress_bar(title: str) -> Generator[Callable[[int, int], object] | None]:
-    """A bar on stderr where it is a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=None)
-
-        def tell(done: int, everything: int) -> None:
-            bar.update(task, completed=done, total=everything)
-
-        yield tell

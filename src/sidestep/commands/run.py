@@ -55,13 +55,13 @@ def run(
     folder = ready_folder(out or Path("runs") / _folder_name(chosen))
     if messages is not None:
         _check_messages(chosen, messages)
+    from sidestep.commands.bars import first_time
     from sidestep.commands.progress import watched  # heavy: after everything that may be wrong with the input
     from sidestep.commands.summary import rows, summary
-    from sidestep.compiling import helped
     from sidestep.simulation.metrics import measure
 
-    with helped():
-        record = watched(chosen, recording)
+    first_time(walls=bool(chosen.walls or chosen.map))
+    record = watched(chosen, recording)
     metrics = measure(record)
     if not record.status:
         say("interrupted before the first step was done; nothing is kept")

@@ -32,9 +32,9 @@ def study(
         page: JSON file to write for the pages of evidence (docs/evidence/results); a figure goes to docs/figures.
         json: print one JSON object and nothing else.
     """
+    from sidestep.commands.bars import progress_bar
     from sidestep.commands.console import emit_json, show, table
     from sidestep.commands.evidence import Picture, write_evidence, write_json
-    from sidestep.commands.reproduction import progress_bar
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.io.files import ready_folder, ready_for
     from sidestep.studies.arms import run_study, studies

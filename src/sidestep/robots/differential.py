@@ -10,7 +10,7 @@ import numpy as np
 from sidestep.checks import WIDEST, Checks
 from sidestep.errors import InvalidInput
 from sidestep.robots.state import RobotState
-from sidestep.types import Shape, Vector, VectorLike
+from sidestep.types import Shape, Vector, VectorLike, sealed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +80,7 @@ class DifferentialDrive:
 
     def reference(self, state: RobotState) -> Vector:
         """Return the (2,) m point that planning moves."""
-        return state.position + self.offset * _direction(_heading(state))
+        return sealed(state.position + self.offset * _direction(_heading(state)))
 
     def reference_velocity(self, state: RobotState) -> Vector | None:
         """Return the (2,) m/s velocity of the reference, None when unknown."""

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.compiling import helped
 from sidestep.obstacles import Obstacles, OccupancyGrid
 from sidestep.perception.scan import Beams
 from sidestep.planner import Planner
@@ -119,9 +118,8 @@ def brain(settings: NodeSettings, lookup: Lookup) -> tuple[Core, Inputs]:
 def warm_up(settings: NodeSettings) -> None:
     """Plan past people who do not exist, so that everything is compiled and loaded before anything moves."""
     planner = PlannerSource(settings)(np.array([5.0, 0.0]), None)
-    with helped():
-        planner.warm_up()
-        planner.warm_up(walled=True)  # a map may come
+    planner.warm_up()
+    planner.warm_up(walled=True)  # a map may come
     measured, scanned = MeasuredPeople(noise=0.05, memory=1.0), ScannedPeople()
     beams = Beams(count=360, angle_min=0.0, angle_increment=np.pi / 180, range_min=0.1, range_max=10.0)
     for step in range(2):

@@ -30,7 +30,7 @@ from sidestep.simulation.recorder import Recorder
 from sidestep.simulation.recordings import Recording
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.sensing import Sensor
-from sidestep.types import FloatArray, Path, Vector
+from sidestep.types import FloatArray, Path, Vector, frozen_array
 
 if TYPE_CHECKING:
     from sidestep.obstacles import Obstacles
@@ -109,7 +109,7 @@ class Run:
         )
         self.robot = robot_of(scenario)
         self.state = start_of(scenario)
-        self.goal = np.array(scenario.robot.goal)
+        self.goal = frozen_array(scenario.robot.goal)
         self.navigator = planner_of(scenario, self.obstacles) if navigator is None else navigator
         self.navigator.reset()
         self.recorder = Recorder(scenario, self.people, snapshots)
