@@ -47,8 +47,8 @@ def _remarks(result: dict[str, Any]) -> list[str]:
     return [
         f"Deadline {d['deadline_ms']:g} ms at N = {d['horizon']}: {100 * d['share']:.2f} % of {d['steps']} steps late, "
         f"worst by {d['worst_ms']:.2f} ms.",
-        f"Floors count every cell of every sweep. From N = {HORIZONS[-1]} on, cells where the robot makes no difference "
-        "are not visited, so that a fraction there may be more than the sweeps themselves reach.",
+        f"Floors count every cell of every sweep. From N = {HORIZONS[-1]} on, cells where the robot makes no "
+        "difference are not visited, so that a fraction there may be more than the sweeps themselves reach.",
     ]
 
 
