@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sidestep import DifferentialDrive, Holonomic, HumanModel, Obstacles, Planner, PlannerSettings, RobotState
-from sidestep.errors import InvalidInput
+from sidestep.checks import one_of
+from sidestep.errors import InvalidInput, UnknownName
 from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.reaction import ReactionSettings
 from sidestep.obstacles import OccupancyGrid
@@ -161,3 +162,13 @@ def test_a_wanted_velocity_that_is_none_counts_as_standing(velocity):
     told = SafetyFilter(planner).filter(velocity, time=0.0, robot=RobotState(position=[0.0, 0.0]), people=[])
     assert not told.velocity.any()
     assert not told.interfered
+
+
+def test_of_many_names_a_message_lists_some_and_suggests_the_nearest():
+    names = [f"scene_{n:03d}" for n in range(300)]
+    one_of("--without", names[:3], names)
+    with pytest.raises(UnknownName, match=r"scene_000, .*… \(300 in all\); did you mean 'scene_29") as found:
+        one_of("--without", ["scene_29x"], names)
+    assert len(str(found.value)) < 400
+    with pytest.raises(UnknownName, match=r"allowed: one of a, b$"):
+        one_of("--without", ["zebra"], ["b", "a"])

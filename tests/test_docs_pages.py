@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import dataclasses
 import inspect
+import json
 import re
 import runpy
 import shlex
@@ -15,9 +16,10 @@ from functools import cached_property
 from pathlib import Path
 
 import pytest
+from cyclopts import App
 
 import sidestep
-from sidestep.cli import execute
+from sidestep.cli import COMMANDS, execute
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
@@ -127,6 +129,22 @@ def _inner(owner: str) -> type:
     from sidestep.simulation.metrics import Metrics
 
     return {"ActionSet": ActionSet, "Metrics": Metrics}[owner]
+
+
+RESULTS = sorted((ROOT / "docs" / "evidence" / "results").glob("*.json"))
+
+
+@pytest.mark.parametrize("page", RESULTS, ids=lambda page: page.stem)
+def test_the_command_of_a_page_of_evidence_has_options_that_there_are(page):
+    program, *arguments = shlex.split(json.loads(page.read_text())["command"])
+    if program == "python":
+        assert (ROOT / arguments[0]).is_file()
+        return
+    assert program == "sidestep"
+    app = App(name="sidestep", version_flags=())
+    app.command(COMMANDS[arguments[0]][0], name=arguments[0])
+    _, _, ignored = app.parse_args(arguments, exit_on_error=False, print_error=False)
+    assert not ignored
 
 
 def test_the_software_and_its_methods_can_be_cited(capsys):

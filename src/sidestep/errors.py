@@ -41,6 +41,9 @@ class InvalidFile(InvalidInput):
     """A file cannot be read as what it should be; `field` is its path (and line or key)."""
 
 
+_LISTED = 40  # names that a message may hold
+
+
 class UnknownName(InvalidInput):
     """A name does not exist among `known`; the nearest ones are suggested."""
 
@@ -48,7 +51,8 @@ class UnknownName(InvalidInput):
         names = sorted(known)
         near = difflib.get_close_matches(value, names, n=2)
         mend = f"did you mean {' or '.join(repr(n) for n in near)}?" if near else ""
-        super().__init__(field, value, "one of " + ", ".join(names), mend)
+        some = names if len(names) <= _LISTED else [*names[: _LISTED // 2], f"… ({len(names)} in all)"]
+        super().__init__(field, value, "one of " + ", ".join(some), mend)
 
 
 class MissingExtra(SidestepError, ImportError):  # noqa: N818
