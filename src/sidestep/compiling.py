@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 from sidestep._kernels.frames import local
 
 MOST = 8
-"""Processes at most: no more are of use, since one kernel alone takes an eighth of the time, and each needs 300 MB."""
+"""Processes at most: no more are of use, since one kernel alone takes a seventh of the time, and each needs 300 MB."""
 WORTH = 5.0
 """Seconds of work below which no process is begun."""
 TABLE = Path(__file__).parent / "_kernels" / "needed.txt"
