@@ -160,6 +160,15 @@ def test_nothing_is_begun_where_it_would_gain_nothing(monkeypatch: pytest.Monkey
     compile_together(walls=True)
 
 
+@pytest.mark.parametrize(("program", "some"), [("/usr/bin/python3.11", True), ("/opt/app/viewer", False), ("", False)])
+def test_a_program_that_embeds_python_is_not_started_again(
+    monkeypatch: pytest.MonkeyPatch, program: str, some: bool
+) -> None:
+    monkeypatch.setattr(compiling.os, "sched_getaffinity", lambda _: {0, 1, 2}, raising=False)
+    monkeypatch.setattr(compiling.sys, "executable", program)
+    assert (compiling.processors() > 1) == some
+
+
 def test_whoever_interrupts_ends_the_processes(monkeypatch: pytest.MonkeyPatch, cold: Path) -> None:
     monkeypatch.setattr(compiling, "_helper", lambda *_: Helper(None))
 

@@ -119,7 +119,9 @@ def compile_together(*, walls: bool = False, tell: Callable[[float], object] | N
 
 
 def processors() -> int:
-    """Return how many processors this process may use."""
+    """Return how many processors this process may use; within a program that embeds Python 1: nothing is started."""
+    if "python" not in Path(sys.executable or "").name.lower():
+        return 1
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
