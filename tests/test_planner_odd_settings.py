@@ -233,3 +233,15 @@ def test_a_prediction_that_loses_mass_is_none():
             horizon=3,
             time_step=0.5,
         )
+
+
+@pytest.mark.parametrize("variance", [10.0, 100.0])
+def test_blobs_of_metres_on_a_lattice_of_millimetres_fill_no_memory(variance):
+    planner = sidestep.Planner(
+        robot=sidestep.Holonomic(max_speed=0.1), goal=(5.0, -5.0, 0.0), time_step=0.1, horizon=3, risk_limit=1e-6,
+        human=sidestep.HumanModel(walking_speed=0.1, reach=1, frame="world"), search_resolution=5,
+    )  # fmt: skip
+    somewhere = sidestep.PersonObservation(id="a", position=(2.0, 1.0, 0.0), position_covariance=np.eye(3) * variance)
+    plan = planner.step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0, 0.0)), people=[somewhere])
+    assert plan.status == "least_risk", plan.reason
+    assert 1e-6 < plan.risk.max() < 0.01

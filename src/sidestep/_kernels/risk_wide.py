@@ -41,11 +41,12 @@ def level_of(sigma: float, spacing: float) -> int:
 
 @njit(cache=True, error_model="numpy")
 def _kernel(
-    radius: float, weights: FloatArray, sigmas: FloatArray, h: float, active: IntArray, table: FloatArray, least: float
+    radius: float, weights: FloatArray, sigmas: FloatArray, h: float, most: IntArray, table: FloatArray, least: float
 ) -> Singles:
     """Mixture of wide blobs, dilated by `radius`, on a lattice of spacing h out to where it falls to `least`.
 
-    It is even along every axis: only what is not negative is written.
+    It is even along every axis: only what is not negative is written, and no more than `most` (3,) cells from 0. Blobs
+    of metres on a lattice of millimetres would fill the memory.
     """
     reach = _reach(radius, weights, sigmas, least)
     rings = np.empty(RINGS)
@@ -59,7 +60,7 @@ def _kernel(
     while last > 1 and curve[last - 1] < least:
         last -= 1
     r = int(rings[last] / h) + 1
-    out = np.zeros((r * active[0] + 1, r * active[1] + 1, r * active[2] + 1), np.float32)
+    out = np.zeros((min(r, most[0]) + 1, min(r, most[1]) + 1, min(r, most[2]) + 1), np.float32)
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             for k in range(out.shape[2]):
@@ -286,13 +287,16 @@ def add_wide(
             if last < low[a]:
                 return False
             count[a] = last - low[a] + 1
-    source = np.zeros((count[0], count[1], count[2]))
+    source, most = np.zeros((count[0], count[1], count[2])), np.empty(3, np.int64)  # most: cells from mass to box
     _share_out(places, masses, scale, active, low, source)
     for level in range(finest, coarsest + 1):
         if level > finest:
             source, low = _coarsen(source, low, active)
         if nearest[level] >= least:
-            kernel = _kernel(radius, chosen[level], sigmas, spacing * 2**level, active, table, least)
+            for a in range(3):
+                last = max(low[a] + source.shape[a] - lows[level, a], lows[level, a] + sizes[level, a] - low[a]) - 1
+                most[a] = max(last, 0) * active[a]
+            kernel = _kernel(radius, chosen[level], sigmas, spacing * 2**level, most, table, least)
             _blur(source, low, kernel, totals[starts[level] : starts[level + 1]], lows[level], sizes[level])
     return True
 
