@@ -26,8 +26,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from sidestep._kernels.frames import local
-
 MOST = 8
 """Processes at most: no more are of use, since one kernel alone takes a seventh of the time, and each needs 300 MB."""
 WORTH = 5.0
@@ -80,6 +78,11 @@ def pending(*, walls: bool = False) -> bool:
     return _work(missing(walls=walls)) >= WORTH
 
 
+def worth_sharing(*, walls: bool = False) -> bool:
+    """Return whether `compile_together` has something to do, and somebody to do it."""
+    return helpers_at_most() > 1 and pending(walls=walls)
+
+
 @cache
 def announce(*, walls: bool) -> None:
     """Say, once, what takes so long, where much is to be compiled by whoever calls it first."""
@@ -96,14 +99,14 @@ def compile_together(*, walls: bool = False, tell: Callable[[float], object] | N
         walls: whether there will be walls.
         tell: is told which share of the work is done, again and again.
     """
-    absent, folder = missing(walls=walls), _cache_folder()
-    count = min(processors(), MOST)
-    if folder is None or count < 2 or not pending(walls=walls):
+    folder = _cache_folder()
+    if folder is None or not worth_sharing(walls=walls):
         return
+    absent = missing(walls=walls)
     with suppress(OSError), _shared(folder) as shared:
         helpers: dict[str, subprocess.Popen[bytes]] = {}
         try:
-            for name in map(str, range(count)):
+            for name in map(str, range(helpers_at_most())):
                 helpers[name] = _helper(shared, name, absent)
             while any(helper.poll() is None for helper in helpers.values()):
                 if tell is not None:
@@ -118,10 +121,13 @@ def compile_together(*, walls: bool = False, tell: Callable[[float], object] | N
                 _hand_over(shared, name, folder)
 
 
+def helpers_at_most() -> int:
+    """Return how many processes may compile; within a program that embeds Python 1: it is not to be started again."""
+    return min(processors(), MOST) if "python" in Path(sys.executable or "").name.lower() else 1
+
+
 def processors() -> int:
-    """Return how many processors this process may use; within a program that embeds Python 1: nothing is started."""
-    if "python" not in Path(sys.executable or "").name.lower():
-        return 1
+    """Return how many processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -173,6 +179,10 @@ def code_of(kind: Any) -> str:
 
 def _cache_folder() -> Path | None:
     """Where numba keeps compiled kernels; None: nowhere."""
+    from sidestep._kernels.frames import (
+        local,
+    )  # brings numba; to count processors needs none
+
     folder = getattr(getattr(local, "stats", None), "cache_path", None)  # a plain function with NUMBA_DISABLE_JIT
     return None if folder is None else Path(folder)
 

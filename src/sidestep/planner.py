@@ -106,7 +106,6 @@ class Planner:
         """
         human = replace(self.human, goals=())  # where to makes no difference
         walled = self.obstacles is not None if walled is None else walled
-        compiling.compile_together(walls=walled)
         _rehearsed(self.robot, human, self.settings, self.goal.size, walled)
 
     @property
@@ -350,6 +349,7 @@ def _is_state(robot: object) -> bool:
 @lru_cache(maxsize=64)
 def _rehearsed(robot: Robot, human: HumanModel, settings: PlannerSettings, dimension: int, walled: bool) -> None:
     """Plan past people who do not exist, once in a process for every kind of world."""
+    compiling.compile_together(walls=walled)
     walls = rehearsal.walls(robot) if walled else None
     most = (settings.horizon,) if settings.deadline is None else rehearsal.HORIZONS
     for horizon in {min(n, settings.horizon) for n in most}:

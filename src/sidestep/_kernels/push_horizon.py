@@ -192,22 +192,23 @@ def propagate(
         set_box(box, reach * (k + 1), d)
         place_moves(moves, row_count(centre, d), field.shape[1], reach * (2 * k + 1), d)
         clear_box(field, there, box, centre, d)
-        losing = given.boxes.size > 0 and cover(lost, reach, d, given.boxes[k + 1], lost_to)
-        if losing:
-            clear_box(field, 2 * rows + there, lost_to, centre, d)
-        for layer in range(2 if losing and lost[0] <= lost[1] else 1):  # one call: it is compiled where it is called
-            at = 2 * rows * layer
-            _step(
-                behaviour, given, moves, k, here_box if layer == 0 else lost, concerned, field, at + here, at + there,
-                halves if layer == 0 else halves[:0], scratch, line,
-            )  # fmt: skip
+        _step(behaviour, given, moves, k, here_box, concerned, field, here, there, halves, scratch, line)
         if k == 0 and actions.size > 0:
             _read_actions(field, there, centre, reach, d, weight, actions)
         cover(here_box, reach, d, nowhere, here_box)
         trim_box(field, there, here_box, centre, d, SCATTERED * weight)
         if blocks.size > 0:
             add_block(field, there, box, centre, d, blocks, given.offsets[2 * k + 2], reach * (k + 1))
-        if losing:
-            contact[k] += remove_contact(field, there, 2 * rows + there, centre, d, given.boxes, given.shares, k + 1)
-            for side in range(6):
-                lost[side] = lost_to[side]
+        if given.boxes.size == 0:
+            continue
+        if not cover(lost, reach, d, given.boxes[k + 1], lost_to):
+            continue
+        clear_box(field, 2 * rows + there, lost_to, centre, d)
+        if lost[0] <= lost[1]:
+            _step(
+                behaviour, given, moves, k, lost, concerned, field, 2 * rows + here, 2 * rows + there,
+                halves[:0], scratch, line,
+            )  # fmt: skip
+        contact[k] += remove_contact(field, there, 2 * rows + there, centre, d, given.boxes, given.shares, k + 1)
+        for side in range(6):
+            lost[side] = lost_to[side]

@@ -18,6 +18,15 @@ def _looked_at(path: FloatArray, stride: int) -> tuple[FloatArray, IntArray]:
 
 
 @njit(cache=True, error_model="numpy")
+def _laid_out(near: FloatArray, path: FloatArray, stride: int) -> FloatArray:
+    """(2N,) what was found where `_looked_at` says, 0 elsewhere."""
+    out = np.zeros(2 * (path.shape[0] - 1))
+    for n in range(near.size):
+        out[stride * (n + 1) - 1] = near[n]
+    return out
+
+
+@njit(cache=True, error_model="numpy")
 def mass_within_along(
     path: FloatArray,
     midway: bool,
@@ -32,12 +41,9 @@ def mass_within_along(
 ) -> FloatArray:
     """`mass_within` (2N,) at half instants 1..2N of `path` (N+1, d) m; 0 between the steps if not `midway`."""
     stride = 1 if midway else 2
-    out = np.zeros(2 * (path.shape[0] - 1))
     points, instants = _looked_at(path, stride)
     near = mass_within(points, instants, flat, offsets, radii, spacings, origin, rotation, active, distance)
-    for n in range(near.size):
-        out[stride * (n + 1) - 1] = near[n]
-    return out
+    return _laid_out(near, path, stride)
 
 
 @njit(cache=True, error_model="numpy")
@@ -59,12 +65,9 @@ def mass_near_along(
 ) -> FloatArray:
     """`mass_near` (2N,) at half instants 1..2N of `path` (N+1, d) m; 0 between the steps if not `midway`."""
     stride = 1 if midway else 2
-    out = np.zeros(2 * (path.shape[0] - 1))
     points, instants = _looked_at(path, stride)
     near = mass_near(
         points, instants, flat, offsets, radii, spacings, origin, rotation, active, spans, span_starts, outside,
         samples, grids,
     )  # fmt: skip
-    for n in range(near.size):
-        out[stride * (n + 1) - 1] = near[n]
-    return out
+    return _laid_out(near, path, stride)

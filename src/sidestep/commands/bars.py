@@ -22,12 +22,12 @@ def progress_bar(title: str) -> Generator[Callable[[int, int], object] | None]:
 
 def first_time(*, walls: bool = False) -> None:
     """Compile what planning needs where that is still to be done, and say so; see `sidestep.compiling`."""
-    from sidestep.compiling import compile_together, pending, processors
+    from sidestep.compiling import compile_together, helpers_at_most, worth_sharing
 
-    if not pending(walls=walls) or processors() < 2:
+    if not worth_sharing(walls=walls):
         return  # on one processor there is nothing to share; the planner says what it does
     if not sys.stderr.isatty():
-        say(f"compiling the inner loops, once, on {processors()} processors: about a minute")
+        say(f"compiling the inner loops, once, on {helpers_at_most()} processors: about a minute")
         compile_together(walls=walls)
         return
     with _bar("compiling the inner loops, once") as tell:

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any, Protocol, TypeVar
 
 from sidestep.checks import counted
+from sidestep.compiling import processors
 from sidestep.errors import InvalidInput, MissingExtra, SidestepError
 
 Piece = TypeVar("Piece")
@@ -132,7 +133,7 @@ def processes(workers: int | None) -> int:
         InvalidInput: fewer than one is asked for.
     """
     if workers is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return processors()
     return counted("workers", workers, most=1024, mend="leave it out to use all cores")
 
 
