@@ -110,6 +110,7 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "seen_off": SMALL,
     "sensed_variance": SMALL,
     "shifted": SMALL,
+    "shortest_ways": 8,
     "slowing_policies": SMALL,
     "spread_sigmas": SMALL,
     "straight_motion_cost": SMALL,

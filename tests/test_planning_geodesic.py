@@ -7,10 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import settings as options
 from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
+from sidestep import Holonomic, Planner, RobotState
 from sidestep._kernels import walls as kernels
-from sidestep.obstacles import Obstacles
-from sidestep.planning.geodesic import distance_to_goal
+from sidestep._kernels.ways import shortest_ways
+from sidestep.obstacles import Obstacles, OccupancyGrid
+from sidestep.planning.geodesic import KNIGHT, distance_to_goal
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import search
 
@@ -136,6 +140,92 @@ def test_kernel_without_compilation_agrees():
 
 @pytest.mark.parametrize("goal", [(30.0, 20.0), (1e4, 2.0), (0.0, 1e9)])
 def test_the_raster_grows_no_finer_than_it_may_however_far_the_goal(goal):
-    field = distance_to_goal(Obstacles(polygons=[[(0, 0), (1, 0), (1, 0.2)]]), goal, margin=0.3)
+    field = distance_to_goal(Obstacles(polygons=[[(0, 0), (1, 0), (1, 0.2)]]), goal, margin=0.3, cells=40000)
     assert field.values.size <= 1.5 * 40000
     assert float(field.at((0.5, -1.0))) == pytest.approx(np.hypot(goal[0] - 0.5, goal[1] + 1.0), rel=0.1)
+
+
+def by_heap(values, free, shut, flanks, spacing):
+    """The same ways by SciPy's Dijkstra, from one more node that leads to every cell whose value is given."""
+    w, h = free.shape
+    ends = [(w * h, i * h + j, values[i, j]) for i, j in np.argwhere(np.isfinite(values))]
+    for i, j in np.argwhere(free):
+        for m, (a, b) in enumerate(KNIGHT):
+            inside = 0 <= i + a < w and 0 <= j + b < h
+            if inside and free[i + a, j + b] and all(free[i + u, j + v] for u, v in flanks[m]) and not shut[m, i, j]:
+                ends.append((i * h + j, (i + a) * h + j + b, spacing * np.hypot(a, b)))
+    here, there, lengths = zip(*ends, strict=True)
+    graph = coo_array((lengths, (here, there)), shape=(w * h + 1, w * h + 1)).tocsr()
+    return dijkstra(graph, directed=False, indices=w * h)[:-1].reshape(w, h)
+
+
+@given(seed=st.integers(0, 10**6), shape=st.tuples(st.integers(1, 14), st.integers(1, 14)), guarded=st.booleans())
+@options(max_examples=60, deadline=None)
+def test_ways_over_a_raster_are_those_of_a_heap(seed, shape, guarded):
+    rng = np.random.default_rng(seed)
+    free = rng.random(shape) < rng.choice([0.5, 0.8, 1.0])
+    spacing = rng.uniform(0.05, 0.5)
+    values = np.where(free & (rng.random(shape) < 0.1), rng.uniform(1e-9, rng.choice([1.0, 30.0]), shape), np.inf)
+    shut = rng.random((len(KNIGHT), *shape)) < 0.2
+    beside = {(1, 1): ((1, 0), (0, 1)), (1, -1): ((1, 0), (0, -1)), (2, 1): ((1, 0), (1, 1)), (1, 2): ((0, 1), (1, 1)),
+              (2, -1): ((1, 0), (1, -1)), (1, -2): ((0, -1), (1, -1))}  # fmt: skip
+    alone = ((0, 0), (0, 0))
+    flanks = np.array([beside.get(move, alone) if guarded else alone for move in KNIGHT])
+    for run in (shortest_ways, shortest_ways.py_func):
+        found = values.copy()
+        run(found, free, shut, np.array(KNIGHT), flanks, spacing)
+        if np.isfinite(values).any():
+            assert found == pytest.approx(by_heap(values, free, shut, flanks, spacing), rel=1e-12)
+        else:
+            assert np.isinf(found).all()
+    found, nowhere = values.copy(), np.zeros((0, 0, 0), dtype=np.bool_)
+    shortest_ways(found, free, nowhere, np.array(KNIGHT), flanks, spacing)
+    if np.isfinite(values).any():
+        assert found == pytest.approx(by_heap(values, free, np.zeros_like(shut), flanks, spacing), rel=1e-12)
+
+
+def rooms(side, door, resolution=0.1, room=10.0):
+    """A building of square rooms in rows that one way leads through, there and back, through doors of this width."""
+    n, step, width = round(side / resolution), round(room / resolution), round(door / resolution)
+    rng, count = np.random.default_rng(0), round(side / room)
+    walls = np.zeros((n, n), dtype=np.bool_)
+    walls[[0, -1]] = walls[:, [0, -1]] = True
+    for i in range(step, n, step):
+        walls[i], walls[:, i] = True, True
+    for row in range(count):
+        for i in range(step, n, step):
+            at = row * step + rng.integers(15, step - 15 - width)
+            walls[i, at : at + width] = False
+    for row in range(count - 1):
+        at = (count - 1 if row % 2 == 0 else 0) * step + rng.integers(15, step - 15 - width)
+        walls[at : at + width, (row + 1) * step] = False
+    return Obstacles(grid=OccupancyGrid(occupied=walls, resolution=resolution))
+
+
+def test_doors_are_found_in_a_large_building():
+    """Rows of ten rooms, gone through to and fro: a raster too coarse for the doors would send the robot to a wall."""
+    field = distance_to_goal(rooms(100.0, 0.9), (5.0, 95.0), margin=0.3)
+    assert 850.0 < float(field.at((5.0, 5.0))) < 1100.0
+    assert field.reaches(np.array([5.0, 5.0]))
+
+
+@pytest.mark.parametrize("margin", [0.02, 0.1, 0.25])
+@pytest.mark.parametrize("thick", [False, True])
+def test_coarse_rasters_lead_through_no_wall(margin, thick):
+    """By looking at every long move, or at the cells beside it."""
+    wall = np.array([(-9.0, 0.3), (9.0, 0.7), *([(9.0, 0.8), (-9.0, 0.4)] if thick else [])])
+    field = distance_to_goal(Obstacles(polygons=[wall]), (0.0, 3.0), margin=margin, cells=4000)
+    assert np.sqrt(5.0) * field.spacing > margin
+    for x in (-3.0, 0.13, 4.0):
+        assert float(field.at((x, -1.0))) > 10.0
+
+
+def test_a_goal_without_a_way_is_told():
+    closed = Obstacles(polygons=[[(3, 3), (7, 3)], [(7, 3), (7, 7)], [(7, 7), (3, 7)], [(3, 7), (3, 3)]])
+    planner = Planner(robot=Holonomic(max_speed=1.0, radius=0.3), goal=(5.0, 5.0), obstacles=closed, horizon=4)
+    outside = planner.step(time=0.0, robot=RobotState(position=(0.0, 0.0)), people=[])
+    assert outside.reason.endswith("; no way on the map leads to the goal with 0.3 m to the walls")
+    for time, inside in ((0.1, (4.0, 6.0)), (0.2, (3.35, 3.35)), (0.3, (3.32, 5.0))):
+        assert "no way" not in planner.step(time=time, robot=RobotState(position=inside), people=[]).reason
+    planner.goal = (0.0, 5.0)
+    assert "no way" not in planner.step(time=0.4, robot=RobotState(position=(0.0, 0.0)), people=[]).reason

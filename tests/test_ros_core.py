@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import logging
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ros_stand_ins import Eyes, StraightPlanner, Wheels
+from sidestep import PersonObservation, RobotState
 from sidestep.errors import InvalidInput
+from sidestep.ros.assembly import PlannerSource
 from sidestep.ros.core import Core
 from sidestep.ros.frames import Frames
 from sidestep.ros.geometry import Pose2
@@ -253,6 +256,61 @@ def test_a_map_reaches_the_planner_in_the_planning_frame():
     assert grid.origin.x == 1.5
     assert grid.frame == "map"
     assert robot.eyes.maps == [grid]
+
+
+def drawn(*walls: tuple[int, int], x: float = -1.0) -> Map:
+    """A map of 8 m by 8 m, occupied at these cells of 0.1 m."""
+    occupied = np.zeros((80, 80), dtype=np.bool_)
+    for row, column in walls:
+        occupied[row, column] = True
+    return Map(frame="odom", origin=Pose2(x, -4.0, 0.0), resolution=0.1, occupied=occupied)
+
+
+def test_a_map_that_says_the_same_again_changes_nothing_and_another_one_does_not_stop_the_robot():
+    robot = Robot()
+    robot.inputs.take_map(drawn((0, 0)))
+    robot.ready(10.0)
+    task = robot.inputs.task
+    robot.inputs.take_map(drawn((0, 0)))
+    assert robot.inputs.task is task
+    assert len(robot.eyes.maps) == 1
+    for other in (drawn((0, 1)), drawn((0, 1), x=-1.1), replace(drawn((0, 1), x=-1.1), walls=drawn((0, 1)).occupied)):
+        robot.inputs.take_map(other)
+        assert robot.inputs.task.map is not task.map
+        assert robot.core.motion(10.1, 10.1) == Motion(forward=0.4)  # by the plan that there is, while it is fresh
+        task = robot.inputs.task
+    robot.core.plan(10.2)
+    assert robot.made[-1][1] is task.map
+    assert len(robot.eyes.maps) == 4
+    robot.inputs.take_map(drawn((0, 2)))
+    robot.odometry(10.9)
+    robot.people(10.9)
+    assert robot.core.motion(10.9, 10.9) == STANDSTILL
+    assert robot.reason(10.9) == "stopped: the plan is 0.7 s old"
+
+
+def test_a_planner_forgets_nobody_when_the_map_changes():
+    settings = NodeSettings.parse({"robot": {"kind": "holonomic"}, "node": {"people_from": "poses"}})
+    source, goal = PlannerSource(settings), np.array([5.0, 0.0])
+    planner = source(goal, None)
+    for k in range(20):
+        person = PersonObservation(id="7", position=(2.0 - 0.1 * k, 1.0))
+        before = planner.step(time=0.1 * k, robot=RobotState(position=(0.0, 0.0)), people=[person])
+    walled = source(goal, drawn((75, 75)))
+    assert walled is planner
+    assert walled.obstacles is not None
+    person = PersonObservation(id="7", position=(0.0, 1.0))
+    after = walled.step(time=2.0, robot=RobotState(position=(0.0, 0.0)), people=[person])
+    assert after.people["7"].belief == pytest.approx(before.people["7"].belief, abs=0.1)
+    assert np.allclose(after.people["7"].velocity, before.people["7"].velocity, atol=0.01)
+    with pytest.raises(InvalidInput, match="away from walls"):
+        source(goal, drawn((40, 60)))
+    assert walled.obstacles.free(goal[None], 0.1)[0]  # as it was
+    moved = source(np.array([3.0, 1.0]), drawn((40, 60)))  # both at once: neither fits the other one's predecessor
+    assert moved is planner
+    assert np.allclose(moved.goal, [3.0, 1.0])
+    assert not moved.obstacles.free(goal[None], 0.1)[0]
+    assert source(moved.goal, None).obstacles is None
 
 
 def test_messages_that_cannot_be_used_are_counted_and_do_not_feed_the_watchdog():

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import fields, replace
 from functools import lru_cache
-from itertools import product
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any
@@ -19,7 +18,6 @@ from sidestep import compiling, minds, rehearsal
 from sidestep.checks import numbers_in, of_kind
 from sidestep.crew import Crew
 from sidestep.errors import InvalidInput, UnknownName
-from sidestep.exits import exits
 from sidestep.forecast import Afterwards, person_plan
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
@@ -27,19 +25,18 @@ from sidestep.human.reaction import Way
 from sidestep.ladder import Outcome, climb
 from sidestep.mind import Mind
 from sidestep.obstacles import Obstacles
-from sidestep.planning.geodesic import DistanceField, distance_to_goal
 from sidestep.planning.pace import Pace
 from sidestep.planning.plan import Plan, stopped_plan
 from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
+from sidestep.site import Site, site_of
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
 from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, plausible, sealed, settled
 
 _LEAST_STRIDE = 0.005  # m; the risk is drawn on the robot's lattice, whose cells must not be much finer than people
 _IMPLAUSIBLE = 100.0  # times what the base can do; a velocity beyond is a fault of whoever measured it
-_MOST_CELLS = 2e8  # a step's box times the steps; the mass of one person takes up to a third of it, 8 bytes each
 _log = logging.getLogger(__name__)
 
 
@@ -70,11 +67,9 @@ class Planner:
     ) -> None:
         of_kind("planner.robot", robot, Holonomic, DifferentialDrive)
         of_kind("planner.human", human, HumanModel, optional=True)
-        of_kind("planner.obstacles", obstacles, Obstacles, optional=True)
         of_kind("planner.settings", settings, PlannerSettings, optional=True)
         self.robot = robot
-        self.human = _placed(HumanModel() if human is None else human, obstacles)
-        self.obstacles = obstacles or None  # a map without walls is no map
+        self._told = HumanModel() if human is None else human
         self.settings = _settled(settings, changes)
         if robot.planning_speed * self.settings.time_step < _LEAST_STRIDE:
             allowed = f"a robot that can move by {_LEAST_STRIDE} m in a time step of {self.settings.time_step:g} s"
@@ -90,7 +85,7 @@ class Planner:
         self._interval = self.settings.time_step  # s, until the next call, as far as the calls so far tell
         self._was: tuple[float, Vector] | None = None  # s and m, the reference at the last call
         self._asked: tuple[float, Vector] | None = None  # s and m/s, what the last call asked for, unless a stop
-        self.goal = goal
+        self._site = self._at(goal, obstacles, self._told)
         if self.settings.deadline is not None:
             self.warm_up()
 
@@ -111,30 +106,37 @@ class Planner:
     @property
     def goal(self) -> Vector:
         """(d,) m, where the robot is to go; may be set between calls."""
-        return self._goal
+        return self._site.goal
 
     @goal.setter
     def goal(self, value: VectorLike) -> None:
-        goal = frozen_array(numbers_in(value))
-        if goal.size not in (1, 2, 3):
-            raise InvalidInput("planner.goal", value, "1, 2 or 3 finite numbers (m, up to 1e9)")
-        if goal.size != 2 and isinstance(self.robot, DifferentialDrive):
-            raise InvalidInput("planner.goal", value, "2 finite numbers (m) for a differential drive")
-        if goal.size == 1 and self.obstacles is not None:
-            raise InvalidInput("planner.goal", value, "2 or 3 finite numbers (m) where there is a map")
-        _check_memory(self.settings, self.human, goal.size)
-        for whose, name in product(("planner", "human"), ("goal_weight", "effort_weight")):
-            weight = getattr(self.settings if whose == "planner" else self.human, name)
-            if isinstance(weight, tuple) and len(weight) != goal.size:
-                raise InvalidInput(f"{whose}.{name}", weight, f"one number, or one per axis ({goal.size})")
-        if self.obstacles is not None and not self.obstacles.free(goal[None], self.robot.radius)[0]:
-            allowed = f"a place at least the robot's radius ({self.robot.radius} m) away from walls"
-            raise InvalidInput("planner.goal", goal.tolist(), allowed, "move the goal or mend the map")
-        self._goal = goal
-        self._field: DistanceField | None = None
-        if self.obstacles is not None and goal.size > 1:
-            self._field = distance_to_goal(self.obstacles, goal, margin=self.robot.planning_radius)
-        self._last = None
+        self._site, self._last = self._at(value, self.obstacles, self.human), None
+
+    @property
+    def obstacles(self) -> Obstacles | None:
+        """The static map, or None; may be set between calls, and nobody is forgotten.
+
+        Except where people are taken to head for the exits of the map, and those are others now.
+        """
+        return self._site.obstacles
+
+    @obstacles.setter
+    def obstacles(self, value: Obstacles | None) -> None:
+        self.set_world(goal=self.goal, obstacles=value)
+
+    def set_world(self, *, goal: VectorLike, obstacles: Obstacles | None) -> None:
+        """Set the goal ((d,) m) and the map at once, where neither fits what the other was before."""
+        before, self._site, self._last = self.human, self._at(goal, obstacles, self._told), None
+        if self.human.goals != before.goals:
+            self._minds = {}
+
+    @property
+    def human(self) -> HumanModel:
+        """The model of every person whose observation brings none."""
+        return self._site.human
+
+    def _at(self, goal: VectorLike, obstacles: Obstacles | None, human: HumanModel) -> Site:
+        return site_of(goal, obstacles, robot=self.robot, human=human, settings=self.settings)
 
     def reset(self) -> None:
         """Forget everybody and the last plan."""
@@ -242,7 +244,7 @@ class Planner:
             settings=settings,
             around=around,
             everybody=everybody_of(tuple(self._minds.values()), around),
-            field=self._field,
+            field=self._site.field,
             crew=self._crew,
             outlook=self._outlook,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
@@ -309,7 +311,7 @@ class Planner:
             risk=sealed(risk),
             risk_limit=settings.risk_limit,
             status=outcome.status,
-            reason=_reason(outcome, settings, risk),
+            reason=_reason(outcome, settings, risk) + self._site.no_way_from(now.start),
             people=MappingProxyType({s.mind.id: person_plan(s, seen, self._afterwards) for s in seen.everybody}),
             horizon_used=now.around.horizon,
             rounds=outcome.rounds,
@@ -333,14 +335,6 @@ class Planner:
         )
 
 
-def _check_memory(settings: PlannerSettings, human: HumanModel, dimension: int) -> None:
-    """Check that a person can be predicted over the whole horizon."""
-    reach, steps = human.reach, settings.horizon
-    if (2 * reach * steps + 1) ** dimension * steps > _MOST_CELLS:
-        allowed = f"fewer steps in {dimension}-D with human.reach {reach}: one person's mass would fill the memory"
-        raise InvalidInput("planner.horizon", steps, allowed)
-
-
 def _is_state(robot: object) -> bool:
     """Whether it is what `step` asks for: what is none must not leave the robot with an old command."""
     return isinstance(robot, RobotState)
@@ -358,16 +352,6 @@ def _rehearsed(robot: Robot, human: HumanModel, settings: PlannerSettings, dimen
         double = Planner(robot=robot, goal=goal, human=human, obstacles=walls, settings=unhurried)
         for time, state, people in rehearsal.calls(robot, dimension):
             double.step(time=time, robot=state, people=people)
-
-
-def _placed(human: HumanModel, obstacles: Obstacles | None) -> HumanModel:
-    """`human` with the exits of the map as candidate goals, where it asks for them."""
-    if human.goals != "exits":
-        return human
-    ways = () if obstacles is None else exits(obstacles, human.radius)
-    if not ways:
-        _log.warning('human.goals = "exits": the map has no exits; directions are inferred instead')
-    return replace(human, goals=ways)
 
 
 def _settled(settings: PlannerSettings | None, changes: dict[str, Any]) -> PlannerSettings:

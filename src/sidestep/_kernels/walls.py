@@ -56,14 +56,24 @@ def _grid_distance(x: float, y: float, grid: Occupied, frame: FloatArray, sizes:
     i, j = min(int(cu), w0 - 1), min(int(cv), w1 - 1)
     outside = math.hypot(u - cu, v - cv)
     held = outside == 0.0 and grid[i, j]
-    reach = int(abs(sizes[i, j]) + outside + 2.0)
+    # Squares of the other kind are `apart` away, between centres, at the nearest. So only a ring is looked at; it is
+    # some squares wide, because the place is not at the centre of its own.
+    apart = abs(sizes[i, j]) if grid[i, j] == held else 0.0
+    reach, far = int(abs(sizes[i, j]) + outside + 2.0), abs(sizes[i, j]) + 2.0 * outside + 2.0
     best = np.inf
     for a in range(max(0, i - reach), min(w0, i + reach + 1)):
         du = max(a - u, u - a - 1.0, 0.0)
-        for b in range(max(0, j - reach), min(w1, j + reach + 1)):
-            if grid[a, b] != held:
-                dv = max(b - v, v - b - 1.0, 0.0)
-                best = min(best, du * du + dv * dv)
+        if du * du >= best:
+            continue
+        outer = min(reach, int(math.sqrt(max(far * far - (a - i) * (a - i), 0.0))) + 1)
+        inner = math.ceil(math.sqrt(max(apart * apart - 0.5 - (a - i) * (a - i), 0.0)))  # squares are whole numbers
+        for side in range(2 if inner > 0 else 1):
+            first = j + inner if side == 1 else j - outer
+            last = j + outer if side == 1 or inner == 0 else j - inner
+            for b in range(max(0, first), min(w1, last + 1)):
+                if grid[a, b] != held:
+                    dv = max(b - v, v - b - 1.0, 0.0)
+                    best = min(best, du * du + dv * dv)
     if held:
         best = min(best, min(u, v, w0 - u, w1 - v) ** 2)
         return -math.sqrt(best) * h

@@ -8,11 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from sidestep._kernels.walls import interpolate
+from sidestep._kernels.ways import shortest_ways
 from sidestep.obstacles import Obstacles, coarse_enough
 from sidestep.types import BoolArray, FloatArray, IntArray, Vector, VectorLike, frozen_array
 
+_STRAIGHT = ((0, 0), (0, 0))
 KNIGHT = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
 """Half of the 16 moves between cells; ways are at most 2.7 % too long."""
+FLANKS = (
+    _STRAIGHT, _STRAIGHT, ((1, 0), (0, 1)), ((1, 0), (0, -1)),
+    ((1, 0), (1, 1)), ((0, 1), (1, 1)), ((1, 0), (1, -1)), ((0, -1), (1, -1)),
+)  # fmt: skip
+"""The two cells that each of them passes between."""
+SIGHT = 20.0
+"""m from the goal within which a way is straight where nothing is between; farther off it may be 2.7 % too long."""
+CELLS = 2_000_000
+"""About so many cells are enough for 140 m by 140 m at 0.1 m; passages narrower than a cell may be missed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,12 +33,20 @@ class DistanceField:
     Attributes:
         goal: (2,) m; where it is not reachable, the nearest place that is free.
         corner: (2,) m, place of values[0, 0]; spacing: m; values: (w, h) m.
+        open: (w, h) whether a way leads from there to the goal, or from a place no farther than the margin.
     """
 
     goal: Vector
     corner: Vector
     spacing: float
     values: FloatArray
+    open: BoolArray
+
+    def reaches(self, point: Vector) -> bool:
+        """Whether a way leads to the goal from `point` (d,) m; off the raster there always is one."""
+        i, j = (round(float(x)) for x in (point[:2] - self.corner) / self.spacing)
+        w, h = self.open.shape
+        return not (0 <= i < w and 0 <= j < h) or bool(self.open[i, j])
 
     def at(self, points: FloatArray | VectorLike) -> FloatArray:
         """Return (…,) m for `points` (…, d) m: interpolated, never less than the straight line, finite everywhere.
@@ -46,9 +65,9 @@ def distance_to_goal(
     margin: float,
     spacing: float = 0.1,
     reach: float = 3.0,
-    cells: int = 40000,
+    cells: int = CELLS,
 ) -> DistanceField:
-    """Compute the field for one goal and one map: Dijkstra on cells with 16 neighbours, from all cells in sight.
+    """Compute the field for one goal and one map: Dijkstra on cells with 16 neighbours, from those in sight.
 
     Args:
         obstacles: walls.
@@ -72,11 +91,13 @@ def distance_to_goal(
     if not bool(obstacles.free(target, margin)) and free.any():
         target = flat[free][np.argmin(((flat[free] - target) ** 2).sum(axis=1))]
     values = _walk(obstacles, flat, free, shape, target, margin, spacing)
+    values, apart = _filled(values, spacing, flat, target)
     return DistanceField(
         goal=frozen_array(target),
         corner=frozen_array(low),
         spacing=spacing,
-        values=_filled(values, spacing, flat, target),
+        values=values,
+        open=apart <= margin + spacing,
     )
 
 
@@ -90,30 +111,32 @@ def _walk(
     spacing: float,
 ) -> FloatArray:
     """(w, h) lengths of the shortest ways, inf where there is none."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import dijkstra
-
     straight = np.sqrt(((places - goal) ** 2).sum(axis=1))
-    seen = np.zeros(len(places), dtype=np.bool_)
-    seen[free] = obstacles.segment_free(places[free], np.broadcast_to(goal, places[free].shape), margin)
-    index = np.arange(len(places)).reshape(shape)
+    close = np.flatnonzero(free & (straight < SIGHT))
+    seen = close[obstacles.segment_free(places[close], np.broadcast_to(goal, places[close].shape), margin)]
+    values = np.full(shape, np.inf)
+    values.reshape(-1)[seen] = straight[seen]
     passable = free.reshape(shape)
-    rows: list[IntArray] = [np.full(int(seen.sum()), len(places), dtype=np.int64)]
-    columns: list[IntArray] = [np.flatnonzero(seen)]
-    lengths: list[FloatArray] = [np.maximum(straight[seen], 1e-9)]
-    for a, b in KNIGHT:
+    guarded = 0.6 * spacing < margin  # no place on a move is farther than this from its ends and its flanks
+    long = [math.hypot(a, b) * spacing > margin for a, b in KNIGHT]  # such a move could jump a thin wall
+    flanks = [pair if guarded and far else _STRAIGHT for pair, far in zip(FLANKS, long, strict=True)]
+    shut = np.zeros((0, 0, 0), dtype=np.bool_)
+    if any(long) and not guarded:
+        shut = _shut(obstacles, places, passable, margin)
+    shortest_ways(values, passable, shut, np.array(KNIGHT), np.array(flanks), spacing)
+    return values
+
+
+def _shut(obstacles: Obstacles, places: FloatArray, passable: BoolArray, margin: float) -> BoolArray:
+    """(8, w, h) whether a move from a free cell to a free cell meets a wall."""
+    shut = np.zeros((len(KNIGHT), *passable.shape), dtype=np.bool_)
+    index, flat = np.arange(passable.size).reshape(passable.shape), passable.ravel()
+    for m, (a, b) in enumerate(KNIGHT):
         here, there = _shifted(index, a, b)
-        ways = (passable.ravel()[here] & passable.ravel()[there]) & ~(seen[here] & seen[there])
-        here, there = here[ways], there[ways]
-        if math.hypot(a, b) * spacing > margin:  # so long a move could jump a thin wall
-            clear = obstacles.segment_free(places[here], places[there], margin)
-            here, there = here[clear], there[clear]
-        rows.append(here)
-        columns.append(there)
-        lengths.append(np.full(len(here), spacing * math.hypot(a, b)))
-    size = len(places) + 1
-    graph = coo_array((np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))), shape=(size, size))
-    return np.asarray(dijkstra(graph.tocsr(), directed=False, indices=len(places)))[:-1].reshape(shape)
+        both = flat[here] & flat[there]
+        here, there = here[both], there[both]
+        shut[m].reshape(-1)[here] = ~obstacles.segment_free(places[here], places[there], margin)
+    return shut
 
 
 def _shifted(index: IntArray, a: int, b: int) -> tuple[IntArray, IntArray]:
@@ -123,14 +146,14 @@ def _shifted(index: IntArray, a: int, b: int) -> tuple[IntArray, IntArray]:
     return index[: w - a, low:high].ravel(), index[a:, low + b : high + b].ravel()
 
 
-def _filled(values: FloatArray, spacing: float, places: FloatArray, goal: FloatArray) -> FloatArray:
-    """Values everywhere: cells without a way take that of the nearest cell with one, plus twice the way there."""
+def _filled(values: FloatArray, spacing: float, places: FloatArray, goal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values everywhere, and (w, h) m to the nearest cell with a way: from there, plus twice the way there."""
     from scipy.ndimage import distance_transform_edt
 
     known = np.isfinite(values)
     if not known.any():
-        return np.sqrt(((places - goal) ** 2).sum(axis=1)).reshape(values.shape)
+        return np.sqrt(((places - goal) ** 2).sum(axis=1)).reshape(values.shape), np.full(values.shape, np.inf)
     transform = distance_transform_edt(~known, return_indices=True)
     assert transform is not None
     apart, nearest = (np.asarray(part) for part in transform)
-    return np.ascontiguousarray(values[tuple(nearest)] + 2.0 * spacing * apart)
+    return np.ascontiguousarray(values[tuple(nearest)] + 2.0 * spacing * apart), spacing * apart

@@ -47,7 +47,7 @@ class AssembledNode:
 
 
 class PlannerSource:
-    """Makes planners, and keeps one (with what it has learned of people) while only the goal changes."""
+    """Makes a planner, and keeps it, with what it has learned of people, while goals and maps change."""
 
     def __init__(self, settings: NodeSettings) -> None:
         self._settings = settings
@@ -60,12 +60,14 @@ class PlannerSource:
         Raises:
             InvalidInput: the goal is inside a wall.
         """
-        if self._planner is None or grid is not self._map:
-            scenario = scenario_of(self._settings, goal)
+        scenario = scenario_of(self._settings, goal)
+        if self._planner is None:
             self._planner = planner_of(scenario, walls_of(scenario, grid))
-            self._map = grid
+        elif grid is not self._map:
+            self._planner.set_world(goal=goal, obstacles=walls_of(scenario, grid))
         elif not np.array_equal(self._planner.goal, goal):
             self._planner.goal = goal
+        self._map = grid
         return self._planner
 
 

@@ -70,7 +70,7 @@ class Core:
         self._wheels = wheels
         self._make_planner = make_planner
         self._planning = threading.Lock()
-        self._planner: tuple[int, Planning] | None = None
+        self._planner: tuple[Task, Planning] | None = None
         self._lock = threading.Lock()  # guards what follows
         self._plan: tuple[int, Plan] | None = None
         self._broken = ""
@@ -97,8 +97,8 @@ class Core:
             return None
         with self._planning:
             try:
-                if self._planner is None or self._planner[0] != task.number:
-                    self._planner = (task.number, self._make_planner(task.goal, task.map))
+                if self._planner is None or self._planner[0] is not task:
+                    self._planner = (task, self._make_planner(task.goal, task.map))
                 plan = self._planner[1].step(time=now, robot=robot, people=self._inputs.people(now))
             except Exception as error:
                 self._fail(f"planning failed: {error}")

@@ -48,7 +48,8 @@ class Task:
     """What is to be done.
 
     Attributes:
-        number: grows with every new goal or map; a plan made for another number is not followed.
+        number: grows with every new goal; a plan made for another number is not followed. One that was made before the
+            map changed is, until it is too old.
         goal: (2,) m in the planning frame, or None.
         map: walls in the planning frame, or None.
     """
@@ -141,7 +142,7 @@ class Inputs:
             if target is None or not plausible(target.position):
                 self._refused["goal"] += 1
                 return
-            self._renew(goal=None, grid=self._task.map)
+            self._renew(None)
             self._waiting["goal"] = target
             self._place()
         self.renewed.set()
@@ -168,7 +169,7 @@ class Inputs:
             self._robot = None
             self._watchdog.clear()
             self._frames.clear()
-            self._renew(goal=self._task.goal, grid=self._task.map)
+            self._renew(self._task.goal)
         with self._looking:
             self._sensing.clear()
 
@@ -221,14 +222,15 @@ class Inputs:
                 continue
             del self._waiting[what]
             if isinstance(given, Target):
-                self._renew(goal=pose.apply(given.position), grid=self._task.map)
+                self._renew(pose.apply(given.position))
             else:
                 here = replace(given, frame=self._node.frame, origin=pose.after(given.origin))
-                self._sensing.map(here)
-                self._renew(goal=self._task.goal, grid=here)
+                if not here.same_as(self._task.map):  # who draws maps sends them every few seconds, changed or not
+                    self._sensing.map(here)
+                    self._task = replace(self._task, map=here)
 
-    def _renew(self, *, goal: Vector | None, grid: Map | None) -> None:
-        self._task = Task(number=self._task.number + 1, goal=goal, map=grid)
+    def _renew(self, goal: Vector | None) -> None:
+        self._task = replace(self._task, number=self._task.number + 1, goal=goal)
 
     def _seen(self, good: bool, now: float, stamp: float) -> None:
         with self._lock:
