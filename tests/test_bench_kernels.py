@@ -69,6 +69,7 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "forbid_changes": SMALL,
     "free_points": 0.32,
     "free_segments": 21,
+    "gentle_path": 7,
     "goal_box": 0.04,
     "goal_costs": SMALL,
     "goal_likelihood": SMALL,

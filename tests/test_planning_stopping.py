@@ -18,7 +18,7 @@ from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import search
 from sidestep.planning.stopping import LAG, Inertia
 from sidestep.prediction.collision import RiskField
-from sidestep.robots import Holonomic, RobotState
+from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.simulation.loop import simulate
 from sidestep.simulation.metrics import measure
 from sidestep.simulation.scenario import Scenario
@@ -113,12 +113,24 @@ def test_a_stop_is_never_turned_into_a_way_back(base):
 @options(max_examples=40, deadline=None)
 def test_the_hardest_stop_is_within_the_change_and_stands_first(base):
     hardest = base.hardest_stop()
-    assert np.linalg.norm(hardest - base.velocity) <= base.largest_change + 1e-9
     gentler = 0.5 * (hardest + base.velocity)
     ends = np.linalg.norm(base.stops(np.array([hardest, gentler]), 40).ends, axis=1)
     assert ends[0] <= ends[1] + 1e-9
     at_full = np.linalg.norm(base.velocity) ** 2 / (2 * base.acceleration)  # m, braking from now on
     assert ends[0] >= at_full - 1e-9
+
+
+@given(base=bases)
+@options(max_examples=60, deadline=None)
+def test_where_the_hardest_stop_is_meant_the_base_brakes_as_hard_as_it_can(base):
+    hardest = base.hardest_stop()
+    asked = base.asked(hardest[None])[0]
+    assert (asked == 0.0).all()
+    assert driven(base, asked, STEP, STEP)[-1] == pytest.approx(hardest * STEP, abs=2e-3)
+    given_ = PlanningProblem(
+        start=np.zeros(2), goal=np.ones(2), time_step=STEP, horizon=4, max_speed=2.0, inertia=base, shape="disc"
+    )
+    assert given_.first_step_costs(hardest[None])[0] == 0.0  # however far from the velocity now
 
 
 def moving_up(speed: float, people: RiskField | None = None, **changes) -> PlanningProblem:
@@ -178,6 +190,51 @@ def test_every_step_of_a_plan_can_follow_the_one_before(acceleration):
     free = search(replace(given_, inertia=None))
     assert free.cost <= found.cost + 1e-6
     assert np.linalg.norm(np.diff(free.path, n=2, axis=0), axis=1).max() / STEP > changes.max()
+
+
+SLUGGISH = {
+    "1.5 m/s, 0.5 m/s²": Holonomic(max_speed=1.5, max_acceleration=0.5),
+    "2 m/s, 0.3 m/s²": Holonomic(max_speed=2.0, max_acceleration=0.3, shape="disc"),
+    "it turns slowly": DifferentialDrive(max_speed=1.5, max_acceleration=2.0, max_turn_acceleration=1.0),
+}
+"""Bases that change their velocity in a step by less than a cell of the search's lattice."""
+
+
+def trip(robot, planner, start, *, period, heading=None, most=40.0):
+    """(T, 2) m, where the base is every `period` s until its reference is at the goal; and whether it gets there."""
+    state = RobotState(position=start, heading=heading, velocity=np.zeros(2))
+    places = [state.position]
+    for n in range(round(most / period)):
+        plan = planner.step(time=period * n, robot=state, people=[])
+        state = robot.follow(plan.velocity, state, period)
+        places.append(state.position)
+        if np.linalg.norm(robot.reference(state) - planner.goal) < 0.3:
+            return np.array(places), True
+    return np.array(places), False
+
+
+@pytest.mark.parametrize("name", SLUGGISH)
+@pytest.mark.parametrize("period", [0.1, 0.5])
+def test_a_base_of_little_acceleration_gets_going_and_arrives(name, period):
+    robot = SLUGGISH[name]
+    heading = 2.0 if isinstance(robot, DifferentialDrive) else None
+    planner = sidestep.Planner(robot=robot, goal=(6.0, 3.0), horizon=8, time_step=0.5)
+    places, arrived = trip(robot, planner, (0.0, 0.0), period=period, heading=heading)
+    assert arrived
+    top, a = robot.planning_speed, robot.planning_acceleration
+    least = math.hypot(6.0, 3.0) / top + top / a  # s, speeding up and braking; the axes of a box may be faster
+    assert period * len(places) < 1.6 * least + 2.0
+
+
+@pytest.mark.parametrize("name", SLUGGISH)
+def test_it_gets_away_from_a_wall_that_it_stands_beside_and_around_a_corner(name):
+    robot = SLUGGISH[name]
+    heading = 1.0 if isinstance(robot, DifferentialDrive) else None
+    walls = Obstacles(polygons=[[(-2.0, -1.0), (2.0, -1.0), (2.0, 0.0), (-2.0, 0.0)]])
+    planner = sidestep.Planner(robot=robot, goal=(0.0, -2.5), obstacles=walls, horizon=8, time_step=0.5)
+    places, arrived = trip(robot, planner, (0.0, robot.radius + 0.02), period=0.2, heading=heading, most=80.0)
+    assert arrived
+    assert walls.distance(places).min() > robot.radius - 0.01
 
 
 HARD = {0.5: (7, 12, 13, 19, 21, 24, 41, 57, 74, 78), 1.0: (21, 41, 74, 78, 143, 148, 151, 163, 177, 186)}

@@ -5,9 +5,6 @@ Only a box of cells is looked at per step (see `search_tube`); what is off it is
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -17,54 +14,13 @@ from sidestep._kernels.search_costs import (
     Costs,
     arrival_costs,
     cells_of,
-    charge,
-    grow_into,
     grown,
     halfway_costs,
-    halfway_risk,
     row_at,
     stand,
 )
+from sidestep._kernels.search_walk import Known, Seen, walk, walk_abreast
 from sidestep.types import FloatArray, IntArray
-
-
-class Seen(NamedTuple):
-    """Risk at half instants 1..2N, each over its box of the robot's lattice.
-
-    Attributes:
-        values: flat; starts: (B + 1,) where the half instants start in them; some: (B,) whether any is above zero.
-        low: (B, 3) lowest cells of the boxes, counted from the robot; size: (B, 3) cells.
-    """
-
-    values: Costs
-    starts: IntArray
-    some: NDArray[np.bool_]
-    low: IntArray
-    size: IntArray
-
-
-class Known(NamedTuple):
-    """What the walk looks up; arguments of `solve`, and what its sweeps have found.
-
-    Attributes:
-        radius, active, taps, effort, first, blocked_halfway, weights, limit, steep, share, low, size: as given.
-        arrive: cost of arriving in each cell at each step and of all that follows; begin: where each step starts in it.
-    """
-
-    radius: int
-    active: IntArray
-    taps: IntArray
-    effort: Costs
-    first: Costs
-    blocked_halfway: NDArray[np.bool_]
-    weights: tuple[float, float]
-    limit: float
-    steep: FloatArray
-    share: float
-    low: IntArray
-    size: IntArray
-    arrive: Costs
-    begin: IntArray
 
 
 @njit(cache=True, error_model="numpy")
@@ -134,7 +90,7 @@ def _sweep(
 
 
 @njit(cache=True, error_model="numpy")
-def solve(
+def induce(
     horizon: int,
     radius: int,
     active: IntArray,
@@ -152,9 +108,8 @@ def solve(
     share: float,
     low: IntArray,
     size: IntArray,
-    change: float = np.inf,
-) -> tuple[float, IntArray]:
-    """Find the cheapest sequence of taps from the centre of the lattice.
+) -> Known:
+    """Find what it costs to go on from every cell at every step, whatever was done before.
 
     Args:
         horizon: N ≥ 1; radius: K, largest tap per axis; active: (3,) 1 where an axis exists.
@@ -168,11 +123,6 @@ def solve(
         limit: see `charge`; steep: (N,) see `charge`, of each step.
         share: part of the risk's cost that standing still is charged.
         low: (N + 1, 3) lowest cell that may be taken at each step, counted from the start; size: (N + 1, 3) cells.
-        change: cells by which a tap may differ from the one before; inf: any. Below that the sequence is admissible and
-            its cost exact, but not always the least (see `_walk`).
-
-    Returns:
-        total cost (inf: no admissible sequence) and the (N,) indices of the taps.
     """
     parities = (1 + active[0]) * (1 + active[1]) * (1 + active[2])
     begin = np.zeros(horizon + 2, np.int64)  # where the costs of arriving at each step start
@@ -214,10 +164,37 @@ def solve(
             seen.size[b - 1], price, use, halfway, middle_low, middle, arrive[begin[k + 1] :], wide_low, wide,
             value,
         )  # fmt: skip
-    known = Known(
-        radius, active, taps, effort, first, blocked_halfway, weights, limit, steep, share, low, size, arrive, begin
+    return Known(
+        radius,
+        active,
+        taps,
+        effort,
+        first,
+        stage,
+        blocked_halfway,
+        weights,
+        limit,
+        steep,
+        share,
+        low,
+        size,
+        arrive,
+        begin,
     )
-    return _walk(known, seen, change)
+
+
+@njit(cache=True, error_model="numpy")
+def _follow(
+    start: FloatArray, spacing: float, taps: IntArray, total: float, chosen: IntArray, path: FloatArray
+) -> None:
+    """Write the path (N + 1, d) m of the taps `chosen` from `start` (d,) m; standing where `total` is inf."""
+    d = start.size
+    for a in range(d):
+        cells = 0
+        path[0, a] = start[a]
+        for k in range(chosen.size):
+            cells += taps[chosen[k], 3 - d + a] if np.isfinite(total) else 0
+            path[k + 1, a] = start[a] + spacing * cells
 
 
 @njit(cache=True, error_model="numpy")
@@ -245,95 +222,60 @@ def cheapest_path(
     share: float,
     low: IntArray,
     size: IntArray,
-    change: float,
     path: FloatArray,
 ) -> float:
     """Write the cheapest path (N + 1, d) m from `start` (d,) m; standing where nothing is admissible.
 
-    Arguments as for `solve`, `values` … `seen_size` being those of `Seen`, and `weight` of both. Returns its cost.
+    Arguments as for `induce`, `values` … `seen_size` being those of `Seen`, and `weight` of both. Returns its cost, inf
+    where nothing is admissible.
     """
     seen = Seen(values, starts, some, seen_low, seen_size)
-    total, chosen = solve(
+    known = induce(
         horizon, radius, active, taps, effort, first, stage, terminal, blocked, blocked_halfway, seen,
-        (weight, weight), limit, steep, share, low, size, change,
+        (weight, weight), limit, steep, share, low, size,
     )  # fmt: skip
-    d = start.size
-    for a in range(d):
-        cells = 0
-        path[0, a] = start[a]
-        for k in range(horizon):
-            cells += taps[chosen[k], 3 - d + a] if np.isfinite(total) else 0
-            path[k + 1, a] = start[a] + spacing * cells
+    total, chosen = walk(known, seen)
+    _follow(start, spacing, taps, total, chosen, path)
     return total
 
 
 @njit(cache=True, error_model="numpy")
-def _walk(known: Known, seen: Seen, change: float) -> tuple[float, IntArray]:
-    """Follow the minimisers from the centre; ties go to the earlier tap.
+def gentle_path(
+    start: FloatArray,
+    spacing: float,
+    horizon: int,
+    radius: int,
+    active: IntArray,
+    taps: IntArray,
+    effort: Costs,
+    first: Costs,
+    stage: Costs,
+    terminal: Costs,
+    blocked: NDArray[np.bool_],
+    blocked_halfway: NDArray[np.bool_],
+    values: Costs,
+    starts: IntArray,
+    some: NDArray[np.bool_],
+    seen_low: IntArray,
+    seen_size: IntArray,
+    weight: float,
+    limit: float,
+    steep: FloatArray,
+    share: float,
+    low: IntArray,
+    size: IntArray,
+    change: float,
+    path: FloatArray,
+) -> float:
+    """Write the path that `cheapest_path` writes, of taps that differ by at most `change` cells from the one before.
 
-    Where a tap may not differ from the one before by more than `change`, every first tap is followed by the best ones
-    that it leaves; they cost what was expected of all of them and, at every step, by how much the best that is left is
-    dearer than the best of all. Those are the best step by step, not together: for that, the velocity would have to be
-    part of the state.
+    It is admissible and its cost exact, but not always the least (see `walk_abreast`). The first tap may be any.
     """
-    _, active, taps, effort, first, blocked_halfway, weights, limit, steep, share, low, size, arrive, begin = known
-    wide = np.empty((steep.size, 2, 3), np.int64)
-    for k in range(steep.size):
-        grow_into(low[k], size[k], known.radius, known.radius, active, wide[k, 0], wide[k, 1])
-    f0, f1 = (blocked_halfway.shape[1] - 1) // 2, (blocked_halfway.shape[2] - 1) // 2
-    f2 = (blocked_halfway.shape[3] - 1) // 2
-    chosen, trial = np.zeros(steep.size, np.int64), np.zeros(steep.size, np.int64)
-    limited = change < np.inf
-    total = np.inf
-    for start in range(taps.shape[0] if limited else 1):
-        y0, y1, y2 = 0, 0, 0
-        whole = 0.0
-        for k in range(steep.size):
-            best, least = np.inf, np.inf
-            pick = 0
-            end, mid = 2 * k + 2, 2 * k + 1
-            for t in range(start if limited and k == 0 else 0, start + 1 if limited and k == 0 else taps.shape[0]):
-                a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
-                n0, n1, n2 = y0 + a, y1 + b, y2 + c
-                cost = float(effort[t]) + float(arrive[begin[k + 1] + row_at(n0, n1, n2, wide[k, 0], wide[k, 1])])
-                if cost >= best:
-                    continue
-                part = share if t == 0 else 1.0
-                if t == 0 and seen.some[end]:
-                    risk = seen.values[seen.starts[end] + row_at(n0, n1, n2, seen.low[end], seen.size[end])]
-                    cost -= (1.0 - share) * charge(float(risk), weights[0], limit, steep[k])
-                if seen.some[mid]:
-                    values = seen.values[seen.starts[mid] :]
-                    risk = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, values, seen.low[mid], seen.size[mid])
-                    cost += part * charge(risk, weights[1], limit, steep[k])
-                if k == 0:
-                    cost += first[t]
-                elif blocked_halfway.size > 0:
-                    parity = ((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2]) + (c & 1)
-                    if blocked_halfway[parity, y0 + (a >> 1) + f0, y1 + (b >> 1) + f1, y2 + (c >> 1) + f2]:
-                        cost = np.inf
-                least = min(least, cost)
-                if limited and k > 0 and _apart(taps, t, trial[k - 1]) > change:
-                    continue
-                if cost < best:
-                    best = cost
-                    pick = t
-            whole += best if k == 0 else best - least
-            if not whole < total:  # not "≥": where no tap is left it is not a number
-                break
-            trial[k] = pick
-            y0, y1, y2 = y0 + taps[pick, 0], y1 + taps[pick, 1], y2 + taps[pick, 2]
-        if whole < total:
-            total = whole
-            for k in range(trial.size):
-                chosen[k] = trial[k]
-    return total, chosen
-
-
-@njit(cache=True, error_model="numpy")
-def _apart(taps: IntArray, one: int, other: int) -> float:
-    """By how many cells two taps differ."""
-    square = 0
-    for axis in range(3):
-        square += (taps[one, axis] - taps[other, axis]) ** 2
-    return math.sqrt(square)
+    seen = Seen(values, starts, some, seen_low, seen_size)
+    known = induce(
+        horizon, radius, active, taps, effort, first, stage, terminal, blocked, blocked_halfway, seen,
+        (weight, weight), limit, steep, share, low, size,
+    )  # fmt: skip
+    total, chosen = walk_abreast(known, seen, change)
+    _follow(start, spacing, taps, total, chosen, path)
+    return total

@@ -168,21 +168,31 @@ class PlanningProblem:
         outside = math.hypot(*(max(abs(v) - self.max_speed, 0.0) for v in limited))
         return max(outside, self.inertia.largest_change)
 
-    def first_step_costs(self, velocities: FloatArray, *, abruptly: bool = False) -> FloatArray:
+    def begun(self, velocities: FloatArray) -> FloatArray:
+        """Return (M, d) m/s, how far toward first velocities (M, d) m/s acceleration lets the base come."""
+        if self.inertia is None:
+            return velocities
+        change, most = velocities - self.inertia.velocity, self.largest_change
+        size = np.sqrt(np.square(change).sum(axis=1, keepdims=True))
+        return np.where(size > most, self.inertia.velocity + change * (most / np.maximum(size, 1e-12)), velocities)
+
+    def first_step_costs(self, velocities: FloatArray) -> FloatArray:
         """Return (M,) what each first action costs beyond its effort; inf where it is not admissible.
 
         Judged are the acceleration, the risk until the next call, the walls along the first step, and, where
         acceleration is limited, the way on which the base would come to stand.
 
         Args:
-            velocities: (M, d) m/s, means over the first step; abruptly: whatever the acceleration they need.
+            velocities: (M, d) m/s, means over the first step.
         """
         if self.first_step is None:
             out = np.zeros(len(velocities))
         else:
             out = self.first_step.costs(self.start, velocities, graded=self.graded, steep=self.steep_risk_weight)
-        if self.inertia is not None and not abruptly:
-            forbid_changes(velocities, self.inertia.velocity, self.largest_change, out)
+        if self.inertia is not None:
+            forbid_changes(
+                velocities, self.inertia.velocity, self.largest_change, self.inertia.are_stops(velocities), out
+            )
         if self.obstacles is not None:
             ends = self.start + velocities * self.time_step
             out[~self._free(np.broadcast_to(self.start, ends.shape), ends)] = np.inf

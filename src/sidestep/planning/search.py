@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sidestep._kernels.search import cheapest_path
+from sidestep._kernels.search import cheapest_path, gentle_path
 from sidestep.planning.problem import PlanningProblem, respects
 from sidestep.planning.search_maps import SearchMaps, again, prepare, within
 from sidestep.types import FloatArray, Path, frozen_array, sealed
@@ -117,6 +117,9 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
         maps = within(problem, maps, slack if 0.0 < slack < 0.25 * dearest else math.inf)
         total = _look(problem, maps, limit, weight, path)
     feasible = math.isfinite(total)
+    if feasible and problem.inertia is not None:
+        first = (path[1:2] - path[:1]) / problem.time_step
+        path[1:] += (problem.begun(first) - first) * problem.time_step
     outlook.saw(problem.graded, total - maps.least if feasible else math.inf)
     risk = problem.risk_along(path)
     cost = problem.cost(path, risk) if feasible else math.inf
@@ -127,12 +130,15 @@ def _look(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: floa
     """One backward induction over what the maps hold: its cost, and `path` (N+1, d) m written."""
     share, rasters = problem.half_share, maps.rasters
     steep = sealed(share * problem.excess_weights) if problem.graded else _forbidding(problem.horizon)
-    return cheapest_path(
+    given = (
         problem.start, maps.spacing, problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first,
         maps.stage, maps.terminal, maps.blocked, maps.blocked_halfway, rasters.values, rasters.starts, rasters.some,
         *rasters.boxes, share * weight, limit * (1 + 1e-6) + 1e-9, steep, problem.standing_share, *maps.boxes,
-        math.inf if problem.inertia is None else problem.inertia.taps_apart(maps.spacing), path,
     )  # fmt: skip
+    change = math.inf if problem.inertia is None else problem.inertia.taps_apart(maps.spacing)
+    if change >= 2 * maps.radius * math.sqrt(problem.dimension):  # any tap may follow any other
+        return cheapest_path(*given, path)
+    return gentle_path(*given, change, path)
 
 
 @lru_cache(maxsize=64)

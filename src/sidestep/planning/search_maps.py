@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from sidestep._kernels.risk_sweep import forbid_changes
 from sidestep._kernels.search_maps import field_box, goal_box, range_around, wall_box
 from sidestep._kernels.search_tube import costs_to_go, tube
 from sidestep.planning.problem import PlanningProblem
@@ -77,7 +78,7 @@ def prepare(problem: PlanningProblem, slack: float = 0.0) -> SearchMaps:
     velocities = lattice_velocities(radius, d, problem.shape, spacing / problem.time_step)
     effort = tap_efforts(radius, d, problem.shape, spacing / problem.time_step, problem.effort_weight)
     terminal = np.float32(problem.terminal_weight) * stage
-    first = _first_costs(problem, velocities)
+    first = _first_costs(problem, velocities, spacing / problem.time_step)
     to_go = costs_to_go(problem.horizon, radius, active, moves, effort, stage, terminal, blocked)
     slack = max(first_slack(problem, stage, radius), slack)
     least, boxes, rasters = _look(problem, spacing, radius, moves, effort, first, stage, blocked, to_go, slack)
@@ -119,7 +120,7 @@ def tap_efforts(
 
 def again(problem: PlanningProblem, maps: SearchMaps) -> SearchMaps:
     """The maps of another problem for one that differs in nothing but what risk costs, or the first step."""
-    first = _first_costs(problem, maps.velocities)
+    first = _first_costs(problem, maps.velocities, maps.spacing / problem.time_step)
     if np.array_equal(first, maps.first):
         return maps
     return within(problem, replace(maps, first=first), maps.slack)
@@ -167,17 +168,19 @@ def _look(
     return least, (low, size), problem.people.rasters(problem.start, spacing, (risky[0], risky[1]), limit)
 
 
-def _first_costs(problem: PlanningProblem, velocities: FloatArray) -> NDArray[np.float32]:
-    """What each tap costs at the first step; where acceleration leaves no tap, the one nearest to what it leaves."""
-    costs = problem.first_step_costs(velocities)
+def _first_costs(problem: PlanningProblem, velocities: FloatArray, pace: float) -> NDArray[np.float32]:
+    """What each tap costs at the first step; `pace`: m/s of one cell per step.
+
+    Where cells are coarse, acceleration may leave no tap but the present one, if any. Neighbours of what the base does
+    now may be begun all the same, as far as it can (see `PlanningProblem.begun`); that part is what is judged.
+    """
+    begun = problem.begun(velocities)
+    costs = problem.first_step_costs(begun)
     if problem.preferred is not None:
-        costs += problem.preference_costs(velocities)
-    if problem.inertia is not None and not np.isfinite(costs).any():
-        change = np.linalg.norm(velocities - problem.inertia.velocity, axis=1)
-        if change.min() > problem.largest_change:
-            free = problem.first_step_costs(velocities, abruptly=True) + problem.preference_costs(velocities)
-            nearest = int(np.where(np.isfinite(free), change, np.inf).argmin())
-            costs[nearest] = free[nearest]
+        costs += problem.preference_costs(begun)
+    if problem.inertia is not None:
+        most = max(problem.largest_change, pace * math.sqrt(problem.dimension))
+        forbid_changes(velocities, problem.inertia.velocity, most, problem.inertia.are_stops(begun), costs)
     return costs.astype(np.float32)
 
 
@@ -204,12 +207,15 @@ def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDA
 def _walls(problem: PlanningProblem, spacing: float, radius: int, active: IntArray) -> tuple[BoolArray, BoolArray]:
     """Cells too near to a wall, and the same for the points halfway between them, split by parity.
 
-    A corner may poke in between two samples half a step apart; the margin is widened by as much.
+    A corner may poke in between two samples half a step apart; the margin is widened by as much. A base of limited
+    acceleration does not get out of what is too near in one step: it may go on to be as near as it is.
     """
     assert problem.obstacles is not None
     d = problem.dimension
     stride = 0.25 * problem.max_speed * problem.time_step * (math.sqrt(d) if problem.shape == "box" else 1.0)
     margin = math.hypot(problem.margin, stride)
+    if problem.inertia is not None:
+        margin = min(margin, float(problem.obstacles.distance(problem.start[None])[0]) - 1e-9)
     shapes = problem.obstacles.shapes
     start = embedded_point(problem.start)
     half = (radius * (2 * problem.horizon - 1) + 1) // 2 * active

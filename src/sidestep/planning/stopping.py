@@ -60,6 +60,8 @@ class Inertia:
         there it must be asked for a change c with c − c²/(2·a·ΔT) = change. It is, but for what would turn a stop into
         a way back: the lag is then smaller than that of asking for the mean, and the base does not swing. Nor is more
         asked for than the top speed: beyond it the base would cut it down and turn elsewhere.
+
+        Where the hardest stop is meant, standstill is asked for.
         """
         change = means - self.velocity
         size = _norms(change)
@@ -68,7 +70,9 @@ class Inertia:
         more = change * (np.maximum(full - size, 0.0) / np.maximum(size, 1e-12))[:, None]  # beyond the means
         slowest = -(means * more).sum(axis=1) / np.maximum(np.square(more).sum(axis=1), 1e-24)
         share = np.where((slowest >= 0.0) & (slowest < 1.0), slowest, 1.0)
-        return means + more * np.minimum(share, self._room(means, more))[:, None]
+        asked: FloatArray = means + more * np.minimum(share, self._room(means, more))[:, None]
+        asked[self.are_stops(means)] = 0.0
+        return asked
 
     def _room(self, means: FloatArray, more: FloatArray) -> FloatArray:
         """(M,) the largest shares of `more` (M, d) m/s that may be added to `means` within the top speed."""
@@ -83,13 +87,19 @@ class Inertia:
         return np.maximum((np.sqrt(along**2 + size * left) - along) / size, 0.0)
 
     def hardest_stop(self) -> Vector:
-        """Return (d,) m/s, the mean velocity over the first step of the hardest braking within `largest_change`."""
+        """Return (d,) m/s, the mean velocity over the first step of a base that brakes as hard as it can.
+
+        It is on its way all the time, only faster first and slower then; so it may be more than `largest_change` off.
+        """
         speed = math.sqrt(float(self.velocity @ self.velocity))
         if speed == 0.0:
             return self.velocity
         ramp = min(speed / self.acceleration, self.time_step)
-        braked = (speed - 0.5 * self.acceleration * ramp) * ramp / self.time_step
-        return self.velocity * (max(braked, speed - self.largest_change) / speed)
+        return self.velocity * ((speed - 0.5 * self.acceleration * ramp) * ramp / self.time_step / speed)
+
+    def are_stops(self, means: FloatArray) -> BoolArray:
+        """Return (M,) whether mean velocities (M, d) m/s over the first step are those of the hardest stop."""
+        return np.abs(means - self.hardest_stop()).max(axis=1) < 1e-9
 
     def stops(self, means: FloatArray, instants: int) -> Stops:
         """Return the motions that begin toward mean velocities (M, d) m/s and brake from the next call on.
