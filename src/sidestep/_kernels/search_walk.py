@@ -66,66 +66,50 @@ def _wide_boxes(known: Known) -> IntArray:
     return wide
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _move(
-    known: Known, seen: Seen, wide: IntArray, k: int, y0: int, y1: int, y2: int, t: int, most: float
-) -> tuple[float, float]:
-    """What step k from a cell by tap t costs with all that follows, and by itself; inf where it is not below `most`.
-
-    The first is what is known of any velocity. Alone, the last step costs everything.
-    """
-    a, b, c = known.taps[t, 0], known.taps[t, 1], known.taps[t, 2]
-    n0, n1, n2 = y0 + a, y1 + b, y2 + c
-    own = float(known.effort[t])
-    whole = own + float(known.arrive[known.begin[k + 1] + row_at(n0, n1, n2, wide[k, 0], wide[k, 1])])
-    if not whole < most:
-        return np.inf, np.inf
-    end, mid = 2 * k + 2, 2 * k + 1
-    own += float(
-        known.stage[n0 + known.stage.shape[0] // 2, n1 + known.stage.shape[1] // 2, n2 + known.stage.shape[2] // 2]
-    )
-    if seen.some[end]:
-        risk = seen.values[seen.starts[end] + row_at(n0, n1, n2, seen.low[end], seen.size[end])]
-        price = charge(float(risk), known.weights[0], known.limit, known.steep[k])
-        spared = (1.0 - known.share) * price if t == 0 else 0.0
-        own += price - spared
-        whole -= spared
-    if seen.some[mid]:
-        values = seen.values[seen.starts[mid] :]
-        risk = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, values, seen.low[mid], seen.size[mid])
-        price = charge(risk, known.weights[1], known.limit, known.steep[k])
-        price *= known.share if t == 0 else 1.0
-        own, whole = own + price, whole + price
-    if k == 0:
-        own, whole = own + known.first[t], whole + known.first[t]
-    elif known.blocked_halfway.size > 0:
-        blocked, active = known.blocked_halfway, known.active
-        parity = ((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2]) + (c & 1)
-        f0, f1, f2 = (blocked.shape[1] - 1) // 2, (blocked.shape[2] - 1) // 2, (blocked.shape[3] - 1) // 2
-        if blocked[parity, y0 + (a >> 1) + f0, y1 + (b >> 1) + f1, y2 + (c >> 1) + f2]:
-            return np.inf, np.inf
-    return whole, own
-
-
 @njit(cache=True, error_model="numpy")
 def walk(known: Known, seen: Seen) -> tuple[float, IntArray]:
-    """Follow the minimisers from the centre; ties go to the earlier tap."""
+    """Follow the minimisers from the centre; ties go to the earlier tap.
+
+    What a tap costs is written out, here and below: to hand the tuples to a function takes ten times as long as that.
+    """
+    _, active, taps, effort, first, _, blocked_halfway, weights, limit, steep, share, _, _, arrive, begin = known
     wide = _wide_boxes(known)
-    chosen = np.zeros(known.steep.size, np.int64)
+    f0, f1 = (blocked_halfway.shape[1] - 1) // 2, (blocked_halfway.shape[2] - 1) // 2
+    f2 = (blocked_halfway.shape[3] - 1) // 2
+    chosen = np.zeros(steep.size, np.int64)
     y0, y1, y2 = 0, 0, 0
     total = np.inf
-    for k in range(chosen.size):
+    for k in range(steep.size):
         best, pick = np.inf, 0
-        for t in range(known.taps.shape[0]):
-            whole, _ = _move(known, seen, wide, k, y0, y1, y2, t, best)
-            if whole < best:
-                best, pick = whole, t
+        end, mid = 2 * k + 2, 2 * k + 1
+        for t in range(taps.shape[0]):
+            a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
+            n0, n1, n2 = y0 + a, y1 + b, y2 + c
+            cost = float(effort[t]) + float(arrive[begin[k + 1] + row_at(n0, n1, n2, wide[k, 0], wide[k, 1])])
+            if cost >= best:
+                continue
+            part = share if t == 0 else 1.0
+            if t == 0 and seen.some[end]:
+                risk = seen.values[seen.starts[end] + row_at(n0, n1, n2, seen.low[end], seen.size[end])]
+                cost -= (1.0 - share) * charge(float(risk), weights[0], limit, steep[k])
+            if seen.some[mid]:
+                values = seen.values[seen.starts[mid] :]
+                risk = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, values, seen.low[mid], seen.size[mid])
+                cost += part * charge(risk, weights[1], limit, steep[k])
+            if k == 0:
+                cost += first[t]
+            elif blocked_halfway.size > 0:
+                parity = ((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2]) + (c & 1)
+                if blocked_halfway[parity, y0 + (a >> 1) + f0, y1 + (b >> 1) + f1, y2 + (c >> 1) + f2]:
+                    cost = np.inf
+            if cost < best:
+                best, pick = cost, t
         if k == 0:
             total = best
         if not best < np.inf:
             break
         chosen[k] = pick
-        y0, y1, y2 = y0 + known.taps[pick, 0], y1 + known.taps[pick, 1], y2 + known.taps[pick, 2]
+        y0, y1, y2 = y0 + taps[pick, 0], y1 + taps[pick, 1], y2 + taps[pick, 2]
     return total, chosen
 
 
@@ -166,9 +150,15 @@ def walk_abreast(known: Known, seen: Seen, change: float) -> tuple[float, IntArr
     each at the least cost so far; those whose bound on the whole is least are kept. Where there are no more,
     nothing is cheaper than what is found. To keep all of them takes `taps` times what a search without inertia takes.
     """
-    horizon, n = known.steep.size, known.taps.shape[0]
+    _, active, taps, effort, first, stage, blocked_halfway, weights, limit, steep, share, low, size, arrive, begin = (
+        known
+    )
+    horizon, n = steep.size, taps.shape[0]
+    f0, f1 = (blocked_halfway.shape[1] - 1) // 2, (blocked_halfway.shape[2] - 1) // 2
+    f2 = (blocked_halfway.shape[3] - 1) // 2
+    h0, h1, h2 = stage.shape[0] // 2, stage.shape[1] // 2, stage.shape[2] // 2
     wide = _wide_boxes(known)
-    starts, which = _neighbours(known.taps, change)
+    starts, which = _neighbours(taps, change)
     widest = 0
     for t in range(n):
         widest = max(widest, starts[t + 1] - starts[t])
@@ -186,6 +176,7 @@ def walk_abreast(known: Known, seen: Seen, change: float) -> tuple[float, IntArr
     kept, count = 1, 0
     for k in range(horizon):
         here, there, count = k % 2, (k + 1) % 2, 0
+        end, mid = 2 * k + 2, 2 * k + 1
         pairs[:] = -1
         for s in range(kept):
             state = keep[s]
@@ -193,11 +184,32 @@ def walk_abreast(known: Known, seen: Seen, change: float) -> tuple[float, IntArr
             before = tap[k - 1, state] if k > 0 else 0
             for e in range(starts[before] if k > 0 else 0, starts[before + 1] if k > 0 else n):
                 t = which[e] if k > 0 else e
-                whole, own = _move(known, seen, wide, k, y0, y1, y2, t, np.inf)
+                a, b, c = taps[t, 0], taps[t, 1], taps[t, 2]
+                n0, n1, n2 = y0 + a, y1 + b, y2 + c
+                whole = float(arrive[begin[k + 1] + row_at(n0, n1, n2, wide[k, 0], wide[k, 1])])  # and what follows
                 if not whole < np.inf:
                     continue
-                n0, n1, n2 = y0 + known.taps[t, 0], y1 + known.taps[t, 1], y2 + known.taps[t, 2]
-                pair = row_at(n0, n1, n2, known.low[k + 1], known.size[k + 1]) * n + t
+                own, part = float(stage[n0 + h0, n1 + h1, n2 + h2]), share if t == 0 else 1.0
+                if seen.some[end]:
+                    risk = seen.values[seen.starts[end] + row_at(n0, n1, n2, seen.low[end], seen.size[end])]
+                    price = charge(float(risk), weights[0], limit, steep[k])
+                    own += part * price
+                    whole -= (1.0 - part) * price if t == 0 else 0.0
+                going = float(effort[t])
+                if seen.some[mid]:
+                    values = seen.values[seen.starts[mid] :]
+                    risk = halfway_risk(2 * y0 + a, 2 * y1 + b, 2 * y2 + c, values, seen.low[mid], seen.size[mid])
+                    going += part * charge(risk, weights[1], limit, steep[k])
+                if k == 0:
+                    going += first[t]
+                elif blocked_halfway.size > 0:
+                    parity = ((a & 1) * (1 + active[1]) + (b & 1)) * (1 + active[2]) + (c & 1)
+                    if blocked_halfway[parity, y0 + (a >> 1) + f0, y1 + (b >> 1) + f1, y2 + (c >> 1) + f2]:
+                        continue
+                own, whole = own + going, whole + going
+                if not whole < np.inf:
+                    continue
+                pair = row_at(n0, n1, n2, low[k + 1], size[k + 1]) * n + t
                 slot = _slot(pairs, pair)
                 at = numbers[slot]
                 if pairs[slot] < 0:
