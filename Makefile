@@ -45,8 +45,8 @@ test-browser: setup  ## drive the live page in Debian's chromium; pictures and m
 	tools/install-browser.sh $(BIN)/python
 	SIDESTEP_BROWSER=1 $(BIN)/pytest tests/browser -s --benchmark-disable -p no:cacheprovider
 
-campaign: setup  ## 100,000 random steps with faults, 500 histories of faults that hypothesis searches, 15,000 odd planners, 400 seeds per encounter
-	SIDESTEP_FAULT_STEPS=100000 SIDESTEP_FAULT_EXAMPLES=500 SIDESTEP_FAULT_PLANNERS=1000 SIDESTEP_BEHAVIOUR_SEEDS=400 $(BIN)/pytest -n $(JOBS) -q --benchmark-disable tests/test_planner_faults.py tests/test_planner_faults_stateful.py tests/test_planner_odd_settings.py tests/test_behaviour.py
+campaign: setup  ## 100,000 random steps with faults, 100 trips of each base among random walls, 500 histories of faults that hypothesis searches, 15,000 odd planners, 400 seeds per encounter
+	SIDESTEP_TRIPS=100 SIDESTEP_FAULT_STEPS=100000 SIDESTEP_FAULT_EXAMPLES=500 SIDESTEP_FAULT_PLANNERS=1000 SIDESTEP_BEHAVIOUR_SEEDS=400 $(BIN)/pytest -n $(JOBS) -q --benchmark-disable tests/test_planner_arrives.py tests/test_planner_faults.py tests/test_planner_faults_stateful.py tests/test_planner_odd_settings.py tests/test_behaviour.py
 
 reproduction: setup  ## the paper's claims with few seeds, and whether all are there and on the page
 	$(BIN)/sidestep reproduce --quick --out results/reproduction-quick
