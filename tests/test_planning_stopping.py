@@ -111,7 +111,7 @@ def test_a_stop_is_never_turned_into_a_way_back(base):
 
 @given(base=bases)
 @options(max_examples=40, deadline=None)
-def test_the_hardest_stop_is_within_the_change_and_stands_first(base):
+def test_the_hardest_stop_stands_first(base):
     hardest = base.hardest_stop()
     gentler = 0.5 * (hardest + base.velocity)
     ends = np.linalg.norm(base.stops(np.array([hardest, gentler]), 40).ends, axis=1)

@@ -179,9 +179,7 @@ def code_of(kind: Any) -> str:
 
 def _cache_folder() -> Path | None:
     """Where numba keeps compiled kernels; None: nowhere."""
-    from sidestep._kernels.frames import (
-        local,
-    )  # brings numba; to count processors needs none
+    from sidestep._kernels.frames import local  # it brings numba, and to count processors needs none
 
     folder = getattr(getattr(local, "stats", None), "cache_path", None)  # a plain function with NUMBA_DISABLE_JIT
     return None if folder is None else Path(folder)

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sidestep.types import BoolArray, FloatArray, IntArray
+from sidestep.types import FloatArray, IntArray
 
 
 @njit(cache=True, error_model="numpy")
@@ -161,13 +161,9 @@ def first_step_costs(
 
 
 @njit(cache=True, error_model="numpy")
-def forbid_changes(
-    velocities: FloatArray, now: FloatArray, largest: float, spared: BoolArray, costs: FloatArray
-) -> None:
-    """Make velocities (M, d) m/s farther than `largest` from `now` cost inf, in place, but for those `spared`."""
+def forbid_changes(velocities: FloatArray, now: FloatArray, largest: float, costs: FloatArray) -> None:
+    """Make velocities (M, d) m/s that differ from `now` by more than `largest` cost inf, in place."""
     for m in range(costs.size):
-        if spared[m]:
-            continue
         square = 0.0
         for a in range(now.size):
             square += (velocities[m, a] - now[a]) ** 2

@@ -19,6 +19,7 @@ import numpy as np
 from sidestep._kernels.path_costs import goal_costs, motion_cost, straight_motion_cost, top_speed
 from sidestep._kernels.risk_sweep import forbid_changes
 from sidestep.human.cost import per_axis
+from sidestep.lazily import lazy
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import DistanceField
 from sidestep.planning.stopping import Inertia
@@ -190,9 +191,10 @@ class PlanningProblem:
         else:
             out = self.first_step.costs(self.start, velocities, graded=self.graded, steep=self.steep_risk_weight)
         if self.inertia is not None:
-            forbid_changes(
-                velocities, self.inertia.velocity, self.largest_change, self.inertia.are_stops(velocities), out
-            )
+            stops = self.inertia.are_stops(velocities)
+            spared = out[stops]
+            forbid_changes(velocities, self.inertia.velocity, self.largest_change, out)
+            out[stops] = spared
         if self.obstacles is not None:
             ends = self.start + velocities * self.time_step
             out[~self._free(np.broadcast_to(self.start, ends.shape), ends)] = np.inf
@@ -229,11 +231,15 @@ class PlanningProblem:
             excess += ~self._free(starts, self.start + stops.ends)
         return excess
 
+    @lazy
+    def room(self) -> float:
+        """How many m to walls the robot has where it is, and can keep; inf where there are none."""
+        return math.inf if self.obstacles is None else float(self.obstacles.distance(self.start[None])[0]) - 1e-9
+
     def _free(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         """(M,) whether straight ways (M, d) m from where the robot is come no nearer to walls than they may."""
         assert self.obstacles is not None
-        margin = min(self.margin, float(self.obstacles.distance(self.start[None])[0]) - 1e-9)
-        return self.obstacles.segment_free(starts, ends, margin)
+        return self.obstacles.segment_free(starts, ends, min(self.margin, self.room))
 
     def allows(self, path: Path, risk: FloatArray | None = None) -> bool:
         """Return whether `path` (N+1, d) m respects every limit: speed, walls, first step and (unless graded) risk."""

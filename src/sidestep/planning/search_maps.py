@@ -180,7 +180,7 @@ def _first_costs(problem: PlanningProblem, velocities: FloatArray, pace: float) 
         costs += problem.preference_costs(begun)
     if problem.inertia is not None:
         most = max(problem.largest_change, pace * math.sqrt(problem.dimension))
-        forbid_changes(velocities, problem.inertia.velocity, most, problem.inertia.are_stops(begun), costs)
+        forbid_changes(velocities, problem.inertia.velocity, most, costs)
     return costs.astype(np.float32)
 
 
@@ -215,7 +215,7 @@ def _walls(problem: PlanningProblem, spacing: float, radius: int, active: IntArr
     stride = 0.25 * problem.max_speed * problem.time_step * (math.sqrt(d) if problem.shape == "box" else 1.0)
     margin = math.hypot(problem.margin, stride)
     if problem.inertia is not None:
-        margin = min(margin, float(problem.obstacles.distance(problem.start[None])[0]) - 1e-9)
+        margin = min(margin, problem.room)
     shapes = problem.obstacles.shapes
     start = embedded_point(problem.start)
     half = (radius * (2 * problem.horizon - 1) + 1) // 2 * active

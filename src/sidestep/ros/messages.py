@@ -112,14 +112,11 @@ class Map:
 
     def same_as(self, other: Map | None) -> bool:
         """Whether it says what another one, in any frame's name, says."""
-        if other is None or (self.walls is None) != (other.walls is None):
+        if other is None or (self.origin, self.resolution) != (other.origin, other.resolution):
             return False
-        alike = self.origin == other.origin and self.resolution == other.resolution
-        return (
-            alike
-            and np.array_equal(self.occupied, other.occupied)
-            and (self.walls is None or other.walls is None or np.array_equal(self.walls, other.walls))
-        )
+        if self.walls is None or other.walls is None:
+            return self.walls is other.walls and np.array_equal(self.occupied, other.occupied)
+        return np.array_equal(self.occupied, other.occupied) and np.array_equal(self.walls, other.walls)
 
     @property
     def as_seen(self) -> Map:
