@@ -50,6 +50,7 @@ class Drawn:
             "first_step_limit": self.of(None, 1e-9, 0.01, 1.0),
             "least_randomness": self.of(0.0, 0.09, 1.0),
             "recourse": self.of(None, 0.05, 1.0, 100.0),
+            "detour_after": self.of(None, 0.1, 2.0, 100.0),
             "rounds": self.of(1, 3, 6),
             "polish": self.of(False, True),
             "search_resolution": self.of(None, 1, 5),

@@ -14,7 +14,7 @@ from sidestep import Holonomic, Planner, RobotState
 from sidestep._kernels import walls as kernels
 from sidestep._kernels.ways import shortest_ways
 from sidestep.obstacles import Obstacles, OccupancyGrid
-from sidestep.planning.geodesic import KNIGHT, distance_to_goal
+from sidestep.planning.geodesic import KNIGHT, ways_to_goal
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import search
 
@@ -45,7 +45,7 @@ def around_the_corner(start, goal, margin):
 
 
 def test_distance_is_the_length_of_the_taut_string():
-    field = distance_to_goal(WALL, GOAL, margin=0.3)
+    field = ways_to_goal(WALL, GOAL, margin=0.3).field()
     for start in ((0.0, 0.0), (1.0, 1.0), (-1.5, 1.0)):
         exact = around_the_corner(np.array(start), np.array(GOAL), 0.3)
         assert float(field.at(start)) == pytest.approx(exact, rel=0.05)
@@ -60,11 +60,11 @@ def test_field_is_finite_and_never_below_the_straight_line(x, y):
     assert value >= np.hypot(x - GOAL[0], y - GOAL[1]) - 1e-9
 
 
-FIELD = distance_to_goal(WALL, GOAL, margin=0.3)
+FIELD = ways_to_goal(WALL, GOAL, margin=0.3).field()
 
 
 def test_without_walls_it_is_the_straight_line():
-    field = distance_to_goal(Obstacles(), (1.0, 2.0), margin=0.3)
+    field = ways_to_goal(Obstacles(), (1.0, 2.0), margin=0.3).field()
     points = np.random.default_rng(0).uniform(-4, 6, (50, 2))
     straight = np.linalg.norm(points - [1.0, 2.0], axis=1)
     assert field.at(points) == pytest.approx(straight, abs=0.02)
@@ -72,22 +72,22 @@ def test_without_walls_it_is_the_straight_line():
 
 
 def test_goal_in_a_wall_moves_to_the_nearest_free_place_and_blocked_worlds_stay_finite():
-    field = distance_to_goal(WALL, (2.1, 0.0), margin=0.3)
+    field = ways_to_goal(WALL, (2.1, 0.0), margin=0.3).field()
     assert WALL.free(field.goal, 0.29)
     assert np.linalg.norm(field.goal - [2.1, 0.0]) < 0.6
     closed = Obstacles(polygons=[[(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)]])
-    nowhere = distance_to_goal(closed, (0.0, 0.0), margin=0.3, reach=0.5, cells=400)
+    nowhere = ways_to_goal(closed, (0.0, 0.0), margin=0.3, reach=0.5, cells=400).field()
     assert np.isfinite(nowhere.at(np.array([[0.0, 0.0], [10.0, 3.0]]))).all()
 
 
 def test_thin_walls_are_not_jumped():
     thin = Obstacles(polygons=[[(2.0, -3.0), (2.0, 2.0)]])
-    field = distance_to_goal(thin, GOAL, margin=0.0)
+    field = ways_to_goal(thin, GOAL, margin=0.0).field()
     assert float(field.at((1.0, 0.0))) > np.hypot(1.0, 2.0) + np.hypot(3.0, 2.0) - 0.1
 
 
 def test_short_horizon_gets_out_of_a_cul_de_sac_with_the_field():
-    field = distance_to_goal(CUL_DE_SAC, GOAL, margin=0.3)
+    field = ways_to_goal(CUL_DE_SAC, GOAL, margin=0.3).field()
     position = np.array([1.2, 0.0])
     for _ in range(40):
         problem = PlanningProblem(
@@ -127,7 +127,7 @@ def test_off_the_raster_the_way_leads_over_an_edge_that_faces_the_place(x, y):
 
 def test_no_way_leads_through_the_raster_and_its_walls():
     long = Obstacles(polygons=[[(0.0, -20.0), (0.2, -20.0), (0.2, 20.0), (0.0, 20.0)]])
-    field = distance_to_goal(long, (1.0, 0.0), margin=0.3)
+    field = ways_to_goal(long, (1.0, 0.0), margin=0.3).field()
     for x in (-2.5, -6.0):  # on the raster, and off it
         assert float(field.at((x, 0.0))) > np.hypot(x, 20.0) + 20.0
 
@@ -140,7 +140,7 @@ def test_kernel_without_compilation_agrees():
 
 @pytest.mark.parametrize("goal", [(30.0, 20.0), (1e4, 2.0), (0.0, 1e9)])
 def test_the_raster_grows_no_finer_than_it_may_however_far_the_goal(goal):
-    field = distance_to_goal(Obstacles(polygons=[[(0, 0), (1, 0), (1, 0.2)]]), goal, margin=0.3, cells=40000)
+    field = ways_to_goal(Obstacles(polygons=[[(0, 0), (1, 0), (1, 0.2)]]), goal, margin=0.3, cells=40000).field()
     assert field.values.size <= 1.5 * 40000
     assert float(field.at((0.5, -1.0))) == pytest.approx(np.hypot(goal[0] - 0.5, goal[1] + 1.0), rel=0.1)
 
@@ -204,7 +204,7 @@ def rooms(side, door, resolution=0.1, room=10.0):
 
 def test_doors_are_found_in_a_large_building():
     """Rows of ten rooms, gone through to and fro: a raster too coarse for the doors would send the robot to a wall."""
-    field = distance_to_goal(rooms(100.0, 0.9), (5.0, 95.0), margin=0.3)
+    field = ways_to_goal(rooms(100.0, 0.9), (5.0, 95.0), margin=0.3).field()
     assert 850.0 < float(field.at((5.0, 5.0))) < 1100.0
     assert field.reaches(np.array([5.0, 5.0]))
 
@@ -214,7 +214,7 @@ def test_doors_are_found_in_a_large_building():
 def test_coarse_rasters_lead_through_no_wall(margin, thick):
     """By looking at every long move, or at the cells beside it."""
     wall = np.array([(-9.0, 0.3), (9.0, 0.7), *([(9.0, 0.8), (-9.0, 0.4)] if thick else [])])
-    field = distance_to_goal(Obstacles(polygons=[wall]), (0.0, 3.0), margin=margin, cells=4000)
+    field = ways_to_goal(Obstacles(polygons=[wall]), (0.0, 3.0), margin=margin, cells=4000).field()
     assert np.sqrt(5.0) * field.spacing > margin
     for x in (-3.0, 0.13, 4.0):
         assert float(field.at((x, -1.0))) > 10.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from made_masses import person, still_person
 from sidestep.obstacles import Obstacles
-from sidestep.planning.geodesic import distance_to_goal
+from sidestep.planning.geodesic import ways_to_goal
 from sidestep.planning.polish import polish
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import search
@@ -98,7 +98,7 @@ def test_polish_in_other_dimensions(d):
 
 
 def test_polish_follows_the_way_around_walls():
-    around = distance_to_goal(WALLS, (2.5, 0.0), margin=0.3)
+    around = ways_to_goal(WALLS, (2.5, 0.0), margin=0.3).field()
     given_ = problem(horizon=8, obstacles=WALLS, margin=0.3, goal=np.array([2.5, 0.0]), distance_to_goal=around)
     found = search(given_)
     refined = polish(given_, found)

@@ -17,7 +17,7 @@ from sidestep._kernels import min_plus, search_tube
 from sidestep._kernels import search as kernel
 from sidestep._kernels.search_walk import walk, walk_abreast
 from sidestep.obstacles import Obstacles
-from sidestep.planning.geodesic import distance_to_goal
+from sidestep.planning.geodesic import ways_to_goal
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import Outlook, search
 from sidestep.planning.search_maps import lattice_taps, prepare, resolution
@@ -539,7 +539,7 @@ def test_maps_hold_the_costs_and_walls_of_their_places(d, goal_cost, walled):
     given_ = problem(
         start=np.full(d, 0.1), goal=goal, horizon=2, resolution=2, goal_cost=goal_cost,
         goal_weight=tuple(np.arange(1.0, d + 1.0)), obstacles=walls, margin=0.2,
-        distance_to_goal=distance_to_goal(walls, goal, margin=0.2) if walled else None,
+        distance_to_goal=ways_to_goal(walls, goal, margin=0.2).field() if walled else None,
     )  # fmt: skip
     maps = prepare(given_)
     span = maps.spacing * np.arange(-4, 5)

@@ -17,6 +17,7 @@ import numpy as np
 from sidestep import compiling, minds, rehearsal
 from sidestep.checks import numbers_in, of_kind
 from sidestep.crew import Crew
+from sidestep.detour import Course, Detours
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.forecast import Afterwards, person_plan
 from sidestep.human.model import HumanModel
@@ -78,6 +79,7 @@ class Planner:
         self._outlook = Outlook()
         self._afterwards = Afterwards()
         self._pace = Pace()
+        self._detours = Detours(self.robot, self.settings)
         self._minds: dict[str, Mind] = {}
         self._last: Plan | None = None
         self._time = -math.inf  # s, of the last call
@@ -141,6 +143,7 @@ class Planner:
     def reset(self) -> None:
         """Forget everybody and the last plan."""
         self._minds, self._last, self._was, self._asked = {}, None, None, None
+        self._detours = Detours(self.robot, self.settings)
         self._time = self._informed = -math.inf
 
     def twin(self) -> Planner:
@@ -149,8 +152,8 @@ class Planner:
         The two share scratch space: one may not be asked while the other is planning.
         """
         other = object.__new__(type(self))
-        changed = {"_minds": dict(self._minds), "_outlook": copy(self._outlook), "_pace": copy(self._pace)}
-        other.__dict__.update(self.__dict__ | changed)
+        own = {name: copy(getattr(self, name)) for name in ("_minds", "_outlook", "_pace", "_detours")}
+        other.__dict__.update(self.__dict__ | own)
         return other
 
     def step(
@@ -226,6 +229,10 @@ class Planner:
         settings = self.settings
         wanted = frozen_array(numbers_in(wish))
         state = self._under_way(time, robot)
+        start = self.robot.reference(robot)
+        course = Course(self._site.field)
+        if wanted.size == 0:
+            course = self._detours.course(self._site, self._minds, here=start, time=time)
         horizon = settings.horizon if settings.deadline is None else self._pace.horizon(settings)
         around = circumstances(
             settings,
@@ -239,12 +246,13 @@ class Planner:
             time=time,
             robot=self.robot,
             state=state,
-            start=self.robot.reference(robot),
+            start=start,
             goal=self.goal,
             settings=settings,
             around=around,
             everybody=everybody_of(tuple(self._minds.values()), around),
-            field=self._site.field,
+            field=course.field,
+            remark=self._site.no_way_from(start) or course.remark,
             crew=self._crew,
             outlook=self._outlook,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
@@ -311,7 +319,7 @@ class Planner:
             risk=sealed(risk),
             risk_limit=settings.risk_limit,
             status=outcome.status,
-            reason=_reason(outcome, settings, risk) + self._site.no_way_from(now.start),
+            reason=_reason(outcome, settings, risk) + now.remark,
             people=MappingProxyType({s.mind.id: person_plan(s, seen, self._afterwards) for s in seen.everybody}),
             horizon_used=now.around.horizon,
             rounds=outcome.rounds,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -11,7 +12,7 @@ from sidestep.errors import InvalidInput
 from sidestep.exits import exits
 from sidestep.human.model import HumanModel
 from sidestep.obstacles import Obstacles
-from sidestep.planning.geodesic import DistanceField, distance_to_goal
+from sidestep.planning.geodesic import DistanceField, Ways, ways_to_goal
 from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import DifferentialDrive, Robot
 from sidestep.types import Vector, VectorLike, frozen_array
@@ -27,14 +28,20 @@ class Site:
     Attributes:
         goal: (d,) m; obstacles: the map, or None where there are no walls.
         human: the model of people, exits of the map being their candidate goals where it asks for them.
-        field: the way to the goal around walls, or None; margin: m to the walls that it keeps.
+        ways: where a way may lead on the map; field: the way to the goal around walls; None where there are none.
+        margin: m to the walls that it keeps.
     """
 
     goal: Vector
     obstacles: Obstacles | None
     human: HumanModel
+    ways: Ways | None
     field: DistanceField | None
     margin: float
+
+    def distance(self, place: Vector) -> float:
+        """Return m from `place` (d,) m to the goal, around walls."""
+        return math.dist(self.goal, place) if self.field is None else float(self.field.at(place[None])[0])
 
     def no_way_from(self, start: Vector) -> str:
         """Say so where the map has no way from `start` (d,) m to the goal, or ''."""
@@ -69,11 +76,13 @@ def site_of(
         allowed = f"a place at least the robot's radius ({robot.radius} m) away from walls"
         raise InvalidInput("planner.goal", place.tolist(), allowed, "move the goal or mend the map")
     margin = robot.planning_radius
+    ways = None if walls is None else ways_to_goal(walls, place, margin=margin)
     return Site(
         goal=place,
         obstacles=walls,
         human=_placed(human, walls),
-        field=None if walls is None else distance_to_goal(walls, place, margin=margin),
+        ways=ways,
+        field=None if ways is None else ways.field(),
         margin=margin,
     )
 

@@ -25,6 +25,9 @@ from sidestep.robots import Robot, RobotState
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import Path, Vector
 
+_STANDS = 0.25  # m/s, below which somebody stands
+_BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
+_STANDING = 1.0 / 3.0  # part of the risk's cost that standing is charged
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
 
 
@@ -39,7 +42,8 @@ class Situation:
     Attributes:
         time: s, now; robot: the base; state: of it; start: (d,) m, the point that planning moves; goal: (d,) m.
         settings: of the planner; around: what holds for everybody; everybody: who counts.
-        field: walking distance to the goal around walls, or None.
+        field: walking distance to the goal around walls and people who stand, or None.
+        remark: what is to be said of it, beginning with "; ", or "".
         crew: who predicts; outlook: how far searches look at first.
         stop_by: s on the wall clock (`perf_counter`) after which no kernel is started; inf without a deadline.
         wish: (d,) m/s, a velocity that another controller asks for, or None.
@@ -57,9 +61,25 @@ class Situation:
     field: DistanceField | None
     crew: Crew
     outlook: Outlook
+    remark: str = ""
     stop_by: float = math.inf
     wish: Vector | None = None
     velocity: Vector | None = None
+
+    @property
+    def beset(self) -> bool:
+        """Whether somebody stands so near that the robot had better leave, and nobody comes who might run into it.
+
+        Else it is better to stand: who walks into a robot that stands is not run over by it.
+        """
+        near = False
+        for subject in self.everybody:
+            beyond = math.dist(subject.mind.position, self.start) - subject.clearance
+            stands = math.hypot(*subject.mind.velocity.tolist()) < _STANDS
+            if beyond < _COMING and not stands:
+                return False
+            near |= stands and beyond < _BESIDE
+        return near
 
     @property
     def steps(self) -> int:
@@ -105,6 +125,9 @@ class Situation:
         self.check()
         settings, robot, field = self.settings, self.robot, seen.field
         preferred, weight = self._preference
+        first_step, beset = seen.first_step, self.beset
+        if beset and first_step is not None:
+            first_step = first_step.no_worse_than_staying(self.start)
         if settings.risk_rule == "cells":
             field = field.cells_above(settings.risk_limit)
         return PlanningProblem(
@@ -122,7 +145,9 @@ class Situation:
             risk_limit=settings.risk_limit,
             soft_risk_weight=settings.soft_risk_weight,
             recourse_steps=self.recourse_steps,
-            first_step=seen.first_step,
+            first_step=first_step,
+            standing_share=1.0 if beset else _STANDING,
+            beset=beset,
             obstacles=self.around.obstacles,
             margin=robot.planning_radius,
             distance_to_goal=self.field,

@@ -84,6 +84,43 @@ def shortest_ways(
 
 
 @njit(cache=True)
+def shade(
+    values: FloatArray,
+    free: BoolArray,
+    corner: FloatArray,
+    spacing: float,
+    goal: FloatArray,
+    centres: FloatArray,
+    radii: FloatArray,
+) -> None:
+    """Close the cells within discs, and take the straight way to the goal from those that have a disc in it.
+
+    Args:
+        values: (w, h) m, straight ways; set to inf where the way leads through a disc.
+        free: (w, h) set to False within the discs.
+        corner: (2,) m, place of cell [0, 0]; spacing: m; goal: (2,) m.
+        centres: (K, 2) m; radii: (K,) m.
+    """
+    w, h = values.shape
+    for k in range(centres.shape[0]):
+        square = radii[k] * radii[k]
+        u, v = centres[k, 0] - goal[0], centres[k, 1] - goal[1]
+        for i in range(w):
+            x = corner[0] + i * spacing - goal[0]
+            for j in range(h):
+                y = corner[1] + j * spacing - goal[1]
+                if (x - u) * (x - u) + (y - v) * (y - v) < square:
+                    values[i, j] = np.inf
+                    free[i, j] = False
+                elif values[i, j] < np.inf:
+                    along, length = u * x + v * y, x * x + y * y
+                    if 0.0 < along < length:
+                        across = u * y - v * x
+                        if across * across < square * length:
+                            values[i, j] = np.inf
+
+
+@njit(cache=True)
 def _link(heads: Cells, after: Cells, before: Cells, cell: int, bucket: int) -> None:
     """Put a cell in front of a bucket."""
     first = heads[bucket]

@@ -47,6 +47,8 @@ class PlanningProblem:
         recourse_steps: steps after which it is `later_risk_weight` instead; None: never.
         graded: no plan is forbidden for its risk; used when no plan respects the limit.
         standing_share: part of the risk's cost that standing still is charged.
+        beset: somebody stands so near that where the robot is, is no place to stay: a base of limited acceleration may
+            go where it could stop with no more risk than staying.
         first_step: limits the risk until the next call, swept exactly; None: no such limit.
         obstacles: walls, or None; margin: m, to be kept from them.
         distance_to_goal: walking distance around walls; replaces the straight line in the goal cost "distance" and,
@@ -76,6 +78,7 @@ class PlanningProblem:
     later_risk_weight: float = 100.0
     graded: bool = False
     standing_share: float = 1.0 / 3.0
+    beset: bool = False
     first_step: FirstStep | None = None
     obstacles: Obstacles | None = None
     margin: float = 0.3
@@ -207,29 +210,43 @@ class PlanningProblem:
         """Return whether the base, once on `path` (N+1, d) m, could still come to stand with little enough risk."""
         if self.inertia is None:
             return True
-        first = (path[1:2] - path[:1]) / self.time_step
-        return not self._stop_excess(self.inertia, first)[0] > 0.0
+        excess, blocked = self._stop_excess(self.inertia, (path[1:2] - path[:1]) / self.time_step)
+        return not (excess[0] > 0.0 or blocked[0])
 
     def _stop_costs(self, inertia: Inertia, velocities: FloatArray) -> FloatArray:
-        """(M,) 0 where the base can stop after a first action without more risk than `stop_limit`, else as graded."""
-        excess = self._stop_excess(inertia, velocities)
-        if self.graded:
-            return self.half_share * self.later_risk_weight * excess
-        return np.where(excess > 0.0, np.inf, 0.0)
+        """(M,) 0 where the base can stop after a first action without more risk than `stop_limit`, else as graded.
 
-    def _stop_excess(self, inertia: Inertia, velocities: FloatArray) -> FloatArray:
-        """(M,) by how much the risk passes `stop_limit` on the way to a stop, summed; 1 more where a wall is in it."""
+        A wall in the way to a stop is never a matter of degree, as long as the base can still brake before it.
+        """
+        excess, blocked = self._stop_excess(inertia, velocities)
+        if not self.graded:
+            return np.where((excess > 0.0) | blocked, np.inf, 0.0)
+        costs = self.half_share * self.later_risk_weight * excess
+        costs[blocked] += math.inf if self._brakes_in_time else self.steep_risk_weight
+        return costs
+
+    @lazy
+    def _brakes_in_time(self) -> bool:
+        """Whether the hardest stop leads to no wall."""
+        assert self.inertia is not None
+        return not self._stop_excess(self.inertia, self.inertia.hardest_stop()[None])[1][0]
+
+    def _stop_excess(self, inertia: Inertia, velocities: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """(M,) by how much the risk on the way to a stop passes `stop_limit`, summed; (M,) whether a wall is there."""
         stops = inertia.stops(velocities, 2 * self.horizon)
         excess = np.zeros(len(velocities))
         if self.people is not None and self.people.people and stops.moving.any():
             which, half = np.nonzero(stops.moving)
             seen = self.people.at_instants(half + 1, self.start + stops.shifts[which, half])
             limit = 0.5 if self.rule == "cells" else self.stop_limit
+            if self.beset:
+                staying = self.people.at_instants(half + 1, np.broadcast_to(self.start, (len(half), self.dimension)))
+                limit = np.maximum(limit, staying)
             np.add.at(excess, which, np.maximum(seen - limit * (1.0 + 1e-6) - 1e-9, 0.0))
-        if self.obstacles is not None:
-            starts = np.broadcast_to(self.start, velocities.shape)
-            excess += ~self._free(starts, self.start + stops.ends)
-        return excess
+        if self.obstacles is None:
+            return excess, np.zeros(len(velocities), dtype=np.bool_)
+        starts = np.broadcast_to(self.start, velocities.shape)
+        return excess, ~self._free(starts, self.start + stops.ends)
 
     @lazy
     def room(self) -> float:

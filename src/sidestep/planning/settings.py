@@ -37,6 +37,8 @@ class PlannerSettings:
         recourse: s until which a motion must keep the limits where every motion that keeps them to the end gives up the
             way to the goal; what exceeds them later is charged, since it is judged again before. None: no such way out
             (the paper). Rule "mass" only; such a plan has the status "least_risk".
+        detour_after: s for which somebody stands before the way to the goal is laid around them, too (in the plane, and
+            with one `goal_weight` for both axes); None: people never change the way.
         rounds: predictions under the own plan at most (≥ 1).
         polish: refine the lattice motion continuously.
         search_resolution: robot lattice cells per step at full speed, K; None chooses by horizon and dimension.
@@ -64,6 +66,7 @@ class PlannerSettings:
     first_step_limit: float | None = 0.01
     least_randomness: float = 0.09
     recourse: float | None = 1.0
+    detour_after: float | None = 2.0
     rounds: int = 3
     polish: bool = True
     search_resolution: int | None = None
@@ -89,7 +92,7 @@ class PlannerSettings:
         check.numbers("memory", least=0.0, unit="s")
         check.numbers("least_randomness", least=0.0, most=1.0)
         check.numbers("clearance", above=0.0, most=WIDEST, unit="m", optional=True)
-        check.numbers("deadline", "recourse", above=0.0, unit="s", optional=True)
+        check.numbers("deadline", "recourse", "detour_after", above=0.0, unit="s", optional=True)
         check.numbers("first_step_limit", "signal_belief", above=0.0, most=1.0, optional=True)
         check.integers("search_resolution", least=1, most=100, optional=True)
         check.flags("midway", "polish")

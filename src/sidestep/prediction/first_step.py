@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,6 +54,11 @@ class FirstStep:
             self.distances,
             self.interval,
         )
+
+    def no_worse_than_staying(self, start: Vector) -> FirstStep:
+        """Return the same with a limit that admits whatever is no riskier than to stay at `start` (d,) m."""
+        staying, _ = self.risk(start, np.zeros((1, len(start))))
+        return replace(self, limit=max(self.limit, float(staying[0]) * (1.0 + 1e-9)))
 
     def costs(self, start: Vector, velocities: FloatArray, *, graded: bool, steep: float) -> FloatArray:
         """Return (M,) 0 where a velocity is admissible, else inf, or when `graded` a cost that rises with the excess.

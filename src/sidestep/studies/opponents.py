@@ -92,6 +92,7 @@ def contestants() -> Mapping[str, Contestant]:
             "limits hold to the end, even where the only such motion gives way",
             planner={"recourse": None},
         ),
+        _ablation("no-detour", "no way is laid around people who stand", planner={"detour_after": None}),
         _ablation("no-midway", "only the samples are looked at", planner={"midway": False}),
     ]
     return {c.name: c for c in every}

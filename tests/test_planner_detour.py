@@ -1,0 +1,241 @@
+"""People who stand: the way leads around them, and a robot beside them leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import sidestep
+from sidestep import DifferentialDrive, Holonomic, Obstacles, PersonObservation, Planner, RobotState
+from sidestep._kernels import ways as kernels
+from sidestep.planning.geodesic import open_ways, ways_to_goal
+
+GOAL = (8.0, 0.0)
+BASES = {
+    "any velocity": Holonomic(max_speed=1.0, radius=0.3),
+    "limited acceleration": Holonomic(max_speed=1.0, radius=0.3, max_acceleration=1.0),
+    "two wheels": DifferentialDrive(max_speed=1.0, radius=0.3),
+    "two wheels, limited acceleration": DifferentialDrive(
+        max_speed=1.0, radius=0.3, max_acceleration=1.0, max_turn_acceleration=4.0
+    ),
+}
+
+
+def a_row(count, x=4.0, apart=0.9):
+    """(count, 2) m, people side by side across the way."""
+    return np.stack([np.full(count, x), (np.arange(count) - (count - 1) / 2) * apart + 0.03], axis=1)
+
+
+class Trip:
+    """A robot among people who stand, planned for five times a second."""
+
+    def __init__(self, robot, people, *, goal=GOAL, start=(0.0, 0.0), **settings):
+        self.robot, self.people, self.goal = robot, np.asarray(people, dtype=float), np.asarray(goal)
+        self.planner = Planner(robot=robot, goal=goal, **settings)
+        self.state = RobotState(position=np.array(start), heading=0.0, velocity=np.zeros(2))
+        self.time, self.nearest, self.plans, self.path = 0.0, np.inf, [], [self.state.position]
+
+    def step(self):
+        seen = [PersonObservation(id=str(i), position=p, velocity=np.zeros(2)) for i, p in enumerate(self.people)]
+        plan = self.planner.step(time=self.time, robot=self.state, people=seen)
+        for _ in range(4):
+            self.state = self.robot.follow(plan.velocity, self.state, 0.05)
+            away = np.linalg.norm(self.people - self.state.position, axis=1)
+            self.nearest = min(self.nearest, *away) if len(away) else np.inf
+        self.time += 0.2
+        self.plans.append(plan)
+        self.path.append(self.state.position)
+        return plan
+
+    @property
+    def arrived(self):
+        return np.linalg.norm(self.robot.reference(self.state) - self.goal) < 0.35
+
+    def run(self, most):
+        while not self.arrived and self.time < most:
+            self.step()
+        return self
+
+
+@pytest.mark.parametrize("robot", BASES.values(), ids=BASES)
+@pytest.mark.parametrize("count", [4, 6])
+def test_a_row_of_people_who_stand_is_gone_around(robot, count):
+    trip = Trip(robot, a_row(count), horizon=5).run(25.0)
+    assert trip.arrived, f"{trip.state.position}, {trip.plans[-1].reason}"
+    assert trip.nearest > robot.radius + 0.3
+    assert any("going around" in plan.reason for plan in trip.plans)
+
+
+def test_without_detours_the_robot_waits_for_as_long_as_they_stand():
+    trip = Trip(BASES["any velocity"], a_row(6), horizon=5, detour_after=None).run(25.0)
+    assert not trip.arrived
+    assert not any("around" in plan.reason for plan in trip.plans)
+
+
+ROOMS = Obstacles(
+    polygons=[
+        [(4.0, -6.0), (4.1, -6.0), (4.1, -0.7), (4.0, -0.7)],
+        [(4.0, 0.7), (4.1, 0.7), (4.1, 4.0), (4.0, 4.0)],
+        [(4.0, 5.6), (4.1, 5.6), (4.1, 6.0), (4.0, 6.0)],
+        [(-2.0, 6.0), (10.0, 6.0), (10.0, 6.1), (-2.0, 6.1)],
+        [(-2.0, -6.1), (10.0, -6.1), (10.0, -6.0), (-2.0, -6.0)],
+        [(-2.1, -6.1), (-2.0, -6.1), (-2.0, 6.1), (-2.1, 6.1)],
+        [(10.0, -6.1), (10.1, -6.1), (10.1, 6.1), (10.0, 6.1)],
+    ]
+)
+"""Two rooms, a door of 1.4 m in the middle and one of 1.6 m at the side."""
+
+
+def test_somebody_in_the_door_is_waited_for_and_then_the_other_door_is_taken():
+    trip = Trip(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
+    for _ in range(25):
+        trip.step()
+    assert np.abs(trip.state.position[1]) < 0.8  # 5 s: before the door
+    assert "waiting for people who stand" in trip.plans[-1].reason
+    trip.run(40.0)
+    assert trip.arrived
+    assert np.max(trip.path, axis=0)[1] > 4.0
+    assert trip.nearest > 0.6
+
+
+def test_whoever_goes_away_is_not_gone_around_any_more():
+    trip = Trip(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
+    for _ in range(25):
+        trip.step()
+    trip.people = np.zeros((0, 2))
+    trip.run(15.0)
+    assert trip.arrived
+    assert np.max(np.abs(trip.path), axis=0)[1] < 1.0
+
+
+def test_where_people_stand_in_every_way_the_reason_says_so():
+    trip = Trip(BASES["any velocity"], [(4.05, 0.1), (4.05, 4.8)], obstacles=ROOMS, horizon=5).run(12.0)
+    assert not trip.arrived
+    assert "people stand in every way to the goal" in trip.plans[-1].reason
+    assert trip.nearest > 0.6
+
+
+def test_who_walks_is_never_taken_to_stand():
+    trip = Trip(BASES["any velocity"], a_row(6, x=5.0), horizon=5)
+    for _ in range(20):
+        trip.people[:, 1] += 0.08 if trip.time <= 2.0 else -0.08  # 0.4 m/s, there and back
+        assert "around" not in trip.step().reason
+
+
+def test_a_twin_goes_its_own_way_and_a_reset_forgets():
+    trip = Trip(BASES["any velocity"], a_row(6), horizon=5)
+    for _ in range(15):
+        trip.step()
+    twin, seen = trip.planner.twin(), [PersonObservation(id="0", position=(4.0, 0.0), velocity=(0.0, 0.0))]
+    mine = trip.planner.step(time=3.2, robot=trip.state, people=[])
+    theirs = twin.step(time=3.2, robot=trip.state, people=[])
+    assert mine.velocity == pytest.approx(theirs.velocity, abs=0.0)
+    assert mine.reason == theirs.reason
+    trip.planner.reset()
+    assert "around" not in trip.planner.step(time=0.0, robot=trip.state, people=seen).reason
+
+
+def test_with_a_deadline_the_way_is_laid_aside_and_taken():
+    trip = Trip(BASES["any velocity"], a_row(5), horizon=5, deadline=1.0).run(30.0)
+    assert trip.arrived
+
+
+@pytest.mark.parametrize("changes", [{"goal_weight": (1.0, 1.0)}, {"goal": (8.0,)}, {"goal": (8.0, 0.0, 1.0)}])
+def test_where_no_way_can_be_laid_people_who_stand_are_planned_for_as_before(changes):
+    goal = changes.pop("goal", GOAL)
+    plans = []
+    for after in (None, 0.2):
+        planner = Planner(robot=Holonomic(), goal=goal, horizon=2, detour_after=after, **changes)
+        place = np.array([2.0, 0.1, 0.0])[: len(goal)]
+        seen = [PersonObservation(id="a", position=place, velocity=np.zeros(len(goal)))]
+        for k in range(6):
+            plan = planner.step(time=0.2 * k, robot=RobotState(position=np.zeros(len(goal))), people=seen)
+        plans.append(plan)
+    assert plans[0].positions == pytest.approx(plans[1].positions, abs=0.0)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), "soon"])
+def test_detour_after_is_a_positive_time_or_none(value):
+    with pytest.raises(sidestep.InvalidInput, match="detour_after"):
+        Planner(robot=Holonomic(), goal=GOAL, detour_after=value)
+
+
+@pytest.mark.parametrize("robot", BASES.values(), ids=BASES)
+@pytest.mark.parametrize("apart", [0.62, 0.75, 0.9])
+@pytest.mark.parametrize("behind", [False, True], ids=["before it", "behind it"])
+def test_a_robot_beside_somebody_who_stands_leaves_without_coming_nearer(robot, apart, behind):
+    place = np.array([-apart if behind else apart, 0.03])
+    trip = Trip(robot, [place], goal=(4.0, 0.0)).run(12.0)
+    assert trip.arrived, f"{trip.state.position}, {trip.plans[-1].status}: {trip.plans[-1].reason}"
+    assert trip.nearest > min(apart, 0.8) - 0.03
+
+
+def test_who_comes_into_the_robot_is_let_come():
+    """Somebody walks up to a robot that others stand beside: it had better stand."""
+    trip = Trip(BASES["limited acceleration"], [(0.7, 0.0), (-2.0, 0.0)], goal=(4.0, 0.0))
+    walking = PersonObservation(id="w", position=(-1.2, 0.0), velocity=(1.2, 0.0))
+    standing = PersonObservation(id="s", position=(0.9, 0.0), velocity=(0.0, 0.0))
+    plan = trip.planner.step(time=0.0, robot=trip.state, people=[walking, standing])
+    assert np.linalg.norm(plan.velocity) < 1e-6
+
+
+def by_every_line(ways, centres, radii):
+    """What `shade` leaves: cells outside all discs, and straight ways that no disc is in."""
+    w, h = ways.free.shape
+    free, values = ways.free.copy(), ways.straight.copy()
+    for i in range(w):
+        for j in range(h):
+            place = ways.corner + ways.spacing * np.array([i, j])
+            along = np.linspace(0.0, 1.0, 2001)[:, None]
+            line = place + along * (ways.goal - place)
+            for centre, radius in zip(centres, radii, strict=True):
+                if np.linalg.norm(place - centre) < radius:
+                    free[i, j], values[i, j] = False, np.inf
+                elif np.linalg.norm(line - centre, axis=1).min() < radius:
+                    values[i, j] = np.inf
+    return free, values
+
+
+@given(st.integers(0, 10_000))
+@pytest.mark.parametrize("shade", [kernels.shade, kernels.shade.py_func], ids=["compiled", "plain"])
+def test_shade_agrees_with_looking_along_every_line(shade, seed):
+    rng = np.random.default_rng(seed)
+    ways = open_ways(rng.uniform(-3.0, 3.0, 2), (-1.0, -1.0), (1.0, 1.2), spacing=0.4)
+    centres, radii = rng.uniform(-1.5, 1.5, (3, 2)), rng.uniform(0.1, 0.6, 3)
+    radii = np.minimum(radii, np.linalg.norm(centres - ways.goal, axis=1) - 0.05).clip(0.01)
+    free, values = ways.free.copy(), ways.straight.copy()
+    shade(values, free, ways.corner, ways.spacing, ways.goal, centres, radii)
+    expected_free, expected = by_every_line(ways, centres, radii)
+    assert (free == expected_free).all()
+    close = np.isfinite(values) != np.isfinite(expected)  # the sampled line may just miss what the exact one touches
+    for i, j in np.argwhere(close):
+        place = ways.corner + ways.spacing * np.array([i, j])
+        along = (ways.goal - place) / np.linalg.norm(ways.goal - place)
+        offsets = centres - place
+        across = np.abs(offsets[:, 0] * along[1] - offsets[:, 1] * along[0])
+        assert np.abs(across - radii).min() < 1e-3
+
+
+def test_around_a_disc_the_way_is_that_of_a_taut_string():
+    radius = 1.0
+    field = open_ways((4.0, 0.0), (-5.0, -4.0), (5.0, 4.0)).field(np.array([[0.0, 0.0]]), np.array([radius]))
+    tangent = np.sqrt(4.0**2 - radius**2)
+    arc = np.pi - 2.0 * np.arccos(radius / 4.0)
+    assert float(field.at((-4.0, 0.0))) == pytest.approx(2.0 * tangent + arc * radius, rel=0.03)
+    assert float(field.at((-4.0, 3.9))) == pytest.approx(np.hypot(8.0, 3.9), rel=1e-3)  # in sight
+    assert field.reaches(np.array([0.0, 0.0]))
+
+
+def test_discs_and_walls_close_a_way_together():
+    ways = ways_to_goal(ROOMS, GOAL, margin=0.3)
+    open_field = ways.field()
+    door = ways.field(np.array([[4.05, 0.0]]), np.array([1.0]))
+    both = ways.field(np.array([[4.05, 0.0], [4.05, 4.8]]), np.array([1.0, 1.0]))
+    here = np.array([1.0, 0.0])
+    assert float(open_field.at(here)) == pytest.approx(7.0, rel=0.01)
+    assert door.reaches(here)
+    assert float(door.at(here)) > 11.0
+    assert not both.reaches(here)
+    assert np.isfinite(both.at(here))
