@@ -354,8 +354,9 @@ def _rehearsed(robot: Robot, human: HumanModel, settings: PlannerSettings, dimen
     compiling.compile_together(walls=walled)
     walls = rehearsal.walls(robot) if walled else None
     most = (settings.horizon,) if settings.deadline is None else rehearsal.HORIZONS
+    soon = None if settings.detour_after is None else rehearsal.PERIOD
     for horizon in {min(n, settings.horizon) for n in most}:
-        unhurried = replace(settings, deadline=None, horizon=horizon)
+        unhurried = replace(settings, deadline=None, horizon=horizon, detour_after=soon)
         goal = rehearsal.goal(dimension)
         double = Planner(robot=robot, goal=goal, human=human, obstacles=walls, settings=unhurried)
         for time, state, people in rehearsal.calls(robot, dimension):

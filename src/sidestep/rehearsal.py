@@ -21,11 +21,13 @@ PERIOD = 0.4
 HORIZONS = (4, math.ceil(math.sqrt(SINGLE_FROM)), math.ceil(math.sqrt(NEAR_FROM)))
 """Steps from which on other kernels are used: values of lower precision, sweeps of where the robot matters alone."""
 
-_CROSSING, _HEAD_ON, _CLOSE = ((1.8, 0.9), (0.0, -1.0)), ((5.0, 0.1), (-1.0, 0.0)), ((0.4, 0.1), (0.0, 0.0))
+_CROSSING, _HEAD_ON = ((1.8, 0.9), (0.0, -1.0)), ((5.0, 0.1), (-1.0, 0.0))
+_CLOSE, _IN_THE_WAY = ((0.4, 0.1), (0.0, 0.0)), ((3.0, 0.1), (0.0, 0.0))
 _SCENES = (
     (5, (_HEAD_ON,)),  # as long as it takes to tell whether somebody makes room
     (2, (_CROSSING, _HEAD_ON)),
     (2, (_CLOSE, _CROSSING)),
+    (3, (_IN_THE_WAY,)),  # as long as it takes to be gone around, if that is a `PERIOD`
     (1, ()),
 )
 """Calls, and whoever is there: m from where the robot is at first, m/s."""
