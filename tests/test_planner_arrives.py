@@ -1,4 +1,6 @@
-"""A campaign of trips without people: among random walls every base gets to where a way leads, and touches none.
+"""Campaigns of trips among random walls: every base gets to where a way leads, and touches no wall.
+
+Without people, and with people who stand somewhere: then it gets there, or says that they stand in every way.
 
 `SIDESTEP_TRIPS` sets the number of trips of each base (`make campaign` runs 100).
 """
@@ -10,7 +12,7 @@ import os
 import numpy as np
 import pytest
 
-from sidestep import DifferentialDrive, Holonomic, Planner, RobotState
+from sidestep import DifferentialDrive, Holonomic, PersonObservation, Planner, RobotState
 from sidestep.obstacles import Obstacles, OccupancyGrid
 
 TRIPS = int(os.environ.get("SIDESTEP_TRIPS", "6"))
@@ -65,32 +67,82 @@ def ends(rng, obstacles, room):
     return None
 
 
+class Trip:
+    """A base among walls, and people who stand (K, 2) m; the number of the campaign's draw decides on all of it."""
+
+    def __init__(self, rng, kind, standing):
+        self.obstacles, self.robot = walls(rng), base(rng, kind)
+        self.wheels = isinstance(self.robot, DifferentialDrive)
+        offset = self.robot.offset if self.wheels else 0.0
+        places = ends(rng, self.obstacles, self.robot.planning_radius + 0.05 + offset)
+        if places is None:
+            pytest.skip("no room for it between these walls")
+        start, self.goal = places
+        self.people = self.somewhere(rng, standing, places)
+        self.planner = Planner(
+            robot=self.robot, goal=self.goal, obstacles=self.obstacles, horizon=int(rng.choice([5, 8, 10])),
+            time_step=float(rng.choice([0.4, 0.5])),
+        )  # fmt: skip
+        self.period = float(rng.choice([0.1, 0.2, 0.4]))
+        heading = float(rng.uniform(-3, 3)) if self.wheels else None
+        self.state = RobotState(position=start, heading=heading, velocity=np.zeros(2))
+        self.time, self.nearest, self.to_people, self.plan = 0.0, np.inf, np.inf, None
+
+    def somewhere(self, rng, count, places):
+        """(≤ count, 2) m, off the walls and neither where the trip begins nor where it ends."""
+        drawn = rng.uniform(0.4, 11.6, (5 * count, 2))
+        apart = np.linalg.norm(drawn[:, None] - places, axis=2).min(axis=1)
+        return drawn[self.obstacles.free(drawn, 0.3) & (apart > 2.0)][:count]
+
+    @property
+    def arrived(self):
+        return np.linalg.norm(self.robot.reference(self.state) - self.goal) <= 0.35
+
+    @property
+    def most(self):
+        """s that it may take."""
+        return 4.0 * 12.0 * np.sqrt(2.0) / self.robot.planning_speed + 25.0
+
+    def step(self):
+        seen = [PersonObservation(id=str(n), position=p, velocity=np.zeros(2)) for n, p in enumerate(self.people)]
+        self.plan = self.planner.step(time=self.time, robot=self.state, people=seen)
+        for _ in range(round(self.period / 0.05)):
+            self.state = self.robot.follow(self.plan.velocity, self.state, 0.05)
+            self.nearest = min(self.nearest, float(self.obstacles.distance(self.state.position)))
+            self.to_people = min([self.to_people, *np.linalg.norm(self.people - self.state.position, axis=1)])
+        self.time += self.period
+
+    def __str__(self):
+        return f"{self.robot} at {self.state.position}, {self.plan.status}: {self.plan.reason}"
+
+
+KINDS = ["any velocity", "limited acceleration", "two wheels, limited acceleration"]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["any velocity", "limited acceleration", "two wheels, limited acceleration"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(TRIPS))
 def test_where_a_way_leads_the_base_arrives_and_touches_no_wall(kind, seed):
-    rng = np.random.default_rng(seed)
-    obstacles, robot = walls(rng), base(rng, kind)
-    wheels = isinstance(robot, DifferentialDrive)
-    places = ends(rng, obstacles, robot.planning_radius + 0.05 + (robot.offset if wheels else 0.0))
-    if places is None:
-        pytest.skip("no room for it between these walls")
-    planner = Planner(
-        robot=robot, goal=places[1], obstacles=obstacles, horizon=int(rng.choice([5, 8, 10])),
-        time_step=float(rng.choice([0.4, 0.5])),
-    )  # fmt: skip
-    period = float(rng.choice([0.1, 0.2, 0.4]))
-    state = RobotState(position=places[0], heading=float(rng.uniform(-3, 3)) if wheels else None, velocity=np.zeros(2))
-    time, nearest, reason, most = 0.0, np.inf, "", 400.0
-    while np.linalg.norm(robot.reference(state) - places[1]) > 0.35:
-        plan = planner.step(time=time, robot=state, people=[])
-        if time == 0.0:
-            if "no way" in plan.reason:
-                return
-            most = 4.0 * 12.0 * np.sqrt(2.0) / robot.planning_speed + 25.0
-        assert time < most, f"{robot} at {state.position}, {plan.status}: {plan.reason}"
-        for _ in range(round(period / 0.05)):
-            state = robot.follow(plan.velocity, state, 0.05)
-            nearest = min(nearest, float(obstacles.distance(state.position)))
-        time, reason = time + period, plan.reason
-    assert nearest > robot.radius - SWAY, reason
+    trip = Trip(np.random.default_rng(seed), kind, standing=0)
+    while not trip.arrived:
+        trip.step()
+        if "no way" in trip.plan.reason:
+            return
+        assert trip.time < trip.most, str(trip)
+    assert trip.nearest > trip.robot.radius - SWAY, str(trip)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(TRIPS))
+def test_among_people_who_stand_it_arrives_too_or_says_that_they_stand_in_every_way(kind, seed):
+    trip = Trip(np.random.default_rng(1000 + seed), kind, standing=5)
+    said = 0  # how many times in a row
+    while not trip.arrived and trip.time < trip.most and said < 100:
+        trip.step()
+        if "no way" in trip.plan.reason:
+            return
+        said = said + 1 if "people stand in every way" in trip.plan.reason else 0
+    assert trip.arrived or said, str(trip)
+    assert trip.nearest > trip.robot.radius - SWAY, str(trip)
+    assert trip.to_people > trip.robot.radius + 0.3, str(trip)

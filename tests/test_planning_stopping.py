@@ -158,6 +158,21 @@ def test_what_cannot_be_stopped_in_time_is_not_begun():
     assert moving_up(0.95, obstacles=far, margin=0.3).first_step_costs(fast * 0.95)[0] == 0.0
 
 
+def test_a_wall_in_the_way_to_a_stop_is_no_matter_of_degree():
+    """However risky all that is left may be: who can still brake before a wall does not go on into it."""
+    behind = RiskField(people=[still_person(6, (-0.3, 0.0))], distances=np.array([0.7]))
+    wall = Obstacles(polygons=[[(1.35, -3.0), (1.5, -3.0), (1.5, 3.0), (1.35, 3.0)]])
+    onward = np.stack([np.linspace(1.15, 1.65, 13), np.linspace(-0.1, 0.1, 13)], axis=1)
+    assert np.isfinite(moving_up(1.4, behind, graded=True).first_step_costs(onward)).all()
+    walled = moving_up(1.4, behind, graded=True, obstacles=wall, margin=0.3)
+    near = wall.distance(walled.inertia.stops(onward, 8).ends) < 0.3
+    assert (np.isinf(walled.first_step_costs(onward)) == near).all()
+    assert np.isfinite(walled.first_step_costs(walled.inertia.hardest_stop()[None]))[0]  # 0.98 m
+
+    late = moving_up(1.5, behind, graded=True, obstacles=wall, margin=0.3)  # needs 1.13 m: it will be too near
+    assert late.steep_risk_weight <= late.first_step_costs(late.inertia.hardest_stop()[None])[0] < np.inf
+
+
 def test_whoever_stands_may_stand_whatever_comes():
     crowd = RiskField(people=[still_person(horizon=6, position=(0.3, 0.0))], distances=np.array([0.7]))
     costs = moving_up(0.0, crowd).first_step_costs(np.array([[0.0, 0.0], [0.2, 0.0]]))

@@ -21,7 +21,7 @@ from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
 from sidestep.planning.stopping import Inertia
-from sidestep.robots import Robot, RobotState
+from sidestep.robots import Holonomic, Robot, RobotState
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import Path, Vector
 
@@ -68,14 +68,19 @@ class Situation:
 
     @property
     def beset(self) -> bool:
-        """Whether somebody stands so near that the robot had better leave, and nobody comes who might run into it.
+        """Whether somebody has stood so near for a while that the robot had better leave, and nobody is coming.
 
-        Else it is better to stand: who walks into a robot that stands is not run over by it.
+        Where somebody comes it is better to stand: who walks into a robot that stands is not run over by it. And a base
+        that takes any velocity at once leaves anyway.
         """
+        if isinstance(self.robot, Holonomic) and self.inertia is None:
+            return False
         near = False
         for subject in self.everybody:
-            beyond = math.dist(subject.mind.position, self.start) - subject.clearance
-            stands = math.hypot(*subject.mind.velocity.tolist()) < _STANDS
+            mind = subject.mind
+            beyond = math.dist(mind.position, self.start) - subject.clearance
+            paces = [mind.velocity] if mind.habits is None else [mind.velocity, mind.habits.mean_velocity]
+            stands = all(math.hypot(*pace.tolist()) < _STANDS for pace in paces)
             if beyond < _COMING and not stands:
                 return False
             near |= stands and beyond < _BESIDE
