@@ -181,6 +181,18 @@ def test_who_comes_into_the_robot_is_let_come():
     assert np.linalg.norm(plan.velocity) < 1e-6
 
 
+@pytest.mark.parametrize("name", ["limited acceleration", "two wheels"])
+def test_who_has_just_come_up_to_the_robot_is_waited_for_a_while(name):
+    trip, moved = Trip(BASES[name], [(3.0, 0.03)], goal=(4.0, 0.0)), []
+    for k in range(40):
+        away = max(3.0 - 0.2 * k, 0.62)  # m/s 1, until they stand before the robot
+        seen = [PersonObservation(id="a", position=(away, 0.03), velocity=(-float(away > 0.62), 0.0))]
+        plan = trip.planner.step(time=0.2 * k, robot=trip.state, people=seen)
+        moved.append(np.linalg.norm(plan.velocity) > 0.05)  # it is held where it is
+    assert not any(moved[12:16])  # 2.4 s: they are there
+    assert all(moved[30:])  # 6 s: they stay
+
+
 def by_every_line(ways, centres, radii):
     """What `shade` leaves: cells outside all discs, and straight ways that no disc is in."""
     w, h = ways.free.shape
