@@ -240,6 +240,15 @@ def test_around_a_disc_the_way_is_that_of_a_taut_string():
     assert field.reaches(np.array([0.0, 0.0]))
 
 
+def test_a_goal_at_the_end_of_the_world_takes_no_more_room_than_a_near_one():
+    field = open_ways((1e9, 0.0), (-5.0, -4.0), (5.0, 4.0)).field(np.array([[0.0, 0.0]]), np.array([1.0]))
+    assert float(field.at((-2.0, 0.0))) - float(field.at((-2.0, 1.5))) == pytest.approx(0.3, abs=0.15)
+    trip = Trip(BASES["any velocity"], a_row(6), horizon=5, goal=(1e9, 0.0))
+    while trip.state.position[0] < 5.5 and trip.time < 25.0:
+        assert "internal error" not in trip.step().reason
+    assert trip.state.position[0] >= 5.5
+
+
 def test_discs_and_walls_close_a_way_together():
     ways = ways_to_goal(ROOMS, GOAL, margin=0.3)
     open_field = ways.field()

@@ -221,5 +221,5 @@ class Detours:
 def _laid(ways: Ways, standing: Mapping[str, Stand], room: float) -> Laid:
     """The way around all who stand, `room` m beyond contact, or less where the goal is nearer to them."""
     centres = {name: stand.here for name, stand in standing.items()}
-    radii = [min(s.contact + room, math.dist(s.here, ways.goal) - SHIFT) for s in standing.values()]
+    radii = [max(min(s.contact + room, math.dist(s.here, ways.goal) - SHIFT), 0.0) for s in standing.values()]
     return Laid(centres, room, ways.field(np.array(list(centres.values())), np.array(radii)))

@@ -38,12 +38,15 @@ def shortest_ways(
     for m in range(moves.shape[0]):
         lengths[m] = spacing * math.hypot(moves[m, 0], moves[m, 1])
     flat = values.reshape(w * h)
-    most, longest = 0.0, 0.0
+    least, most, longest = np.inf, 0.0, 0.0
     for c in range(flat.size):
-        most = max(most, flat[c]) if flat[c] < np.inf else most
+        if flat[c] < np.inf:
+            least, most = min(least, flat[c]), max(most, flat[c])
+    if least == np.inf:
+        return
     for m in range(lengths.size):
         longest = max(longest, lengths[m])
-    count = int((most + longest) / spacing) + 3
+    count = int((most - least + longest) / spacing) + 3
     heads = np.full(count, -1, np.int32)
     after, before = np.full(flat.size, -1, np.int32), np.full(flat.size, -1, np.int32)
     waiting = 0
@@ -51,7 +54,7 @@ def shortest_ways(
         if flat[c] < np.inf:
             _link(heads, after, before, c, int(flat[c] / spacing) % count)
             waiting += 1
-    bucket = 0
+    bucket = int(least / spacing) % count
     while waiting > 0:
         c = int(heads[bucket])
         if c < 0:
