@@ -90,9 +90,9 @@ ROOMS = Obstacles(
 
 def test_somebody_in_the_door_is_waited_for_and_then_the_other_door_is_taken():
     trip = Trip(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
-    for _ in range(25):
+    for _ in range(20):
         trip.step()
-    assert np.abs(trip.state.position[1]) < 0.8  # 5 s: before the door
+    assert np.abs(trip.state.position[1]) < 0.8  # 4 s: before the door
     assert "waiting for people who stand" in trip.plans[-1].reason
     trip.run(40.0)
     assert trip.arrived
@@ -100,9 +100,24 @@ def test_somebody_in_the_door_is_waited_for_and_then_the_other_door_is_taken():
     assert trip.nearest > 0.6
 
 
+def test_who_has_stood_for_long_when_the_robot_comes_is_not_waited_for():
+    trip = Trip(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
+    held = trip.state
+    for _ in range(50):
+        trip.step()
+        trip.state = held
+    trip.path = [held.position]
+    trip.run(60.0)
+    assert trip.arrived
+    assert np.max(trip.path, axis=0)[1] > 4.0
+    assert trip.time < 10.0 + 16.0
+    beside = [place for place in trip.path if np.abs(place[0] - 4.0) < 1.5 and np.abs(place[1]) < 1.0]
+    assert not beside  # it never went up to the door
+
+
 def test_whoever_goes_away_is_not_gone_around_any_more():
     trip = Trip(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
-    for _ in range(25):
+    for _ in range(20):
         trip.step()
     trip.people = np.zeros((0, 2))
     trip.run(15.0)

@@ -3,7 +3,8 @@
 Somebody who stands is passed like a wall is. So once people have stood for a while, the way to the goal is laid around
 them, too. It is taken where it costs no more time than the robot has waited already, and a little: who waits for as
 long as the detour takes, and goes then, loses at most twice what was needed, however long people go on standing (the
-ski-rental rule; Karp 1992, "On-line algorithms versus off-line algorithms").
+ski-rental rule; Karp 1992, "On-line algorithms versus off-line algorithms"). Who is seen to have stood for longer than
+that need not be waited for: the longer somebody has stood, the longer they will.
 """
 
 from __future__ import annotations
@@ -155,7 +156,8 @@ class Detours:
         if not laid.reaches(here):
             return Course(site.field, "; people stand in every way to the goal" if waited > after else "")
         longer = float(laid.at(here[None])[0]) - direct
-        if longer > self._robot.planning_speed * (after + waited):
+        stood = time - max(stand.since for stand in standing.values())
+        if longer > self._robot.planning_speed * max(after + waited, stood):
             return Course(
                 site.field, f"; waiting for people who stand in the way: around them it is {longer:.1f} m more"
             )
