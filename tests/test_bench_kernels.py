@@ -35,6 +35,7 @@ from sidestep.lattice import Lattice
 from sidestep.obstacles import Obstacles
 from sidestep.perception.tracks import Tracker
 from sidestep.planner import Planner
+from sidestep.planning.geodesic import open_ways
 from sidestep.planning.problem import PlanningProblem
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
@@ -110,6 +111,7 @@ RATIOS: dict[str, float] = {  # kernel → the time of its largest call below ov
     "row_spans": 0.1,
     "seen_off": SMALL,
     "sensed_variance": SMALL,
+    "shade": 0.65,
     "shifted": SMALL,
     "shortest_ways": 8,
     "slowing_policies": SMALL,
@@ -254,6 +256,7 @@ def _ask() -> None:
     walls = Obstacles(polygons=[[(1.0, -1.0), (1.2, -1.0), (1.2, 1.0), (1.0, 1.0)]])
     walls.segment_free(np.zeros((50, 2)), np.ones((50, 2)), 0.1)
     walls.distance(np.zeros((200, 2)))
+    open_ways((9.0, 0.0), (-8.0, -8.0), (8.0, 8.0)).field(np.array([[0.0, 0.0], [0.5, 0.8]]), np.ones(2))
     FirstStep(
         positions=np.zeros((1, 2)), sigmas=np.zeros(1), person=np.zeros(1, np.int64), velocities=np.ones((1, 2)),
         probabilities=np.ones(1), distances=np.ones(1), interval=0.5,
