@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sidestep.mind import Mind
-from sidestep.planning.geodesic import DistanceField, Ways, open_ways
+from sidestep.planning.geodesic import DistanceField, Ways, open_ways, way_to
 from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import Robot
 from sidestep.site import Site
@@ -145,7 +145,7 @@ class Detours:
         if site is not self._site:
             self._site, self._least = site, math.inf
             self._ways = self._laid = self._laying = None
-        direct = site.distance(here)
+        direct = way_to(site.goal, here, site.field)
         if direct < self._least - PROGRESS:
             self._least, self._progress = direct, time
         waited = time - self._progress
@@ -155,7 +155,7 @@ class Detours:
             return Course(site.field)
         if not laid.reaches(here):
             return Course(site.field, "; people stand in every way to the goal" if waited > after else "")
-        longer = float(laid.at(here[None])[0]) - direct
+        longer = way_to(site.goal, here, laid) - direct
         stood = time - max(stand.since for stand in standing.values())
         if longer > self._robot.planning_speed * max(after + waited, stood):
             return Course(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -38,10 +37,6 @@ class Site:
     ways: Ways | None
     field: DistanceField | None
     margin: float
-
-    def distance(self, place: Vector) -> float:
-        """Return m from `place` (d,) m to the goal, around walls."""
-        return math.dist(self.goal, place) if self.field is None else float(self.field.at(place[None])[0])
 
     def no_way_from(self, start: Vector) -> str:
         """Say so where the map has no way from `start` (d,) m to the goal, or ''."""

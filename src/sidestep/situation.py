@@ -15,9 +15,9 @@ from sidestep.crew import Crew
 from sidestep.forecast import Forecast, foresee
 from sidestep.obstacles import Obstacles
 from sidestep.planning.anticipate import carried_forward, extended, straight
-from sidestep.planning.geodesic import DistanceField
+from sidestep.planning.geodesic import DistanceField, way_to
 from sidestep.planning.plan import Plan
-from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.problem import STANDING_SHARE, PlanningProblem
 from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
 from sidestep.planning.stopping import Inertia
@@ -27,7 +27,6 @@ from sidestep.types import Path, Vector
 
 _STANDS = 0.25  # m/s, below which somebody stands
 _BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
-_STANDING = 1.0 / 3.0  # part of the risk's cost that standing is charged
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
 
 
@@ -151,7 +150,7 @@ class Situation:
             soft_risk_weight=settings.soft_risk_weight,
             recourse_steps=self.recourse_steps,
             first_step=first_step,
-            standing_share=1.0 if beset else _STANDING,
+            standing_share=1.0 if beset else STANDING_SHARE,
             beset=beset,
             obstacles=self.around.obstacles,
             margin=robot.planning_radius,
@@ -174,10 +173,8 @@ class Situation:
         return self.velocity, weight / self.around.interval  # ∫‖a‖² dt of a steady change until the next call
 
     def distance(self, place: Vector) -> float:
-        """Return m from `place` to the goal, around walls."""
-        if self.field is not None:
-            return float(self.field.at(place[None])[0])
-        return math.dist(self.goal, place)
+        """Return m from `place` to the goal, around walls and people who stand."""
+        return way_to(self.goal, place, self.field)
 
     def wished(self) -> list[Path]:
         """Return motions (N+1, d) m that begin as wished: then standing, and going on."""

@@ -71,6 +71,11 @@ class DistanceField:
         return interpolate(flat, self.values, self.corner, self.spacing, self.goal).reshape(array.shape[:-1])
 
 
+def way_to(goal: Vector, place: Vector, field: DistanceField | None) -> float:
+    """Return m from `place` to `goal`, both (d,) m, along a field; None: straight."""
+    return math.dist(goal, place) if field is None else float(field.at(place[None])[0])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ways:
     """A raster of the places that ways to one goal may lead over.

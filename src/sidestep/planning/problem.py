@@ -27,6 +27,9 @@ from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.types import BoolArray, FloatArray, GoalCost, Path, RiskRule, Shape, Vector, sealed
 
+STANDING_SHARE = 1.0 / 3.0
+"""Part of the risk's cost that standing still is charged: who walks into a robot that stands is not run over by it."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanningProblem:
@@ -77,7 +80,7 @@ class PlanningProblem:
     recourse_steps: int | None = None
     later_risk_weight: float = 100.0
     graded: bool = False
-    standing_share: float = 1.0 / 3.0
+    standing_share: float = STANDING_SHARE
     beset: bool = False
     first_step: FirstStep | None = None
     obstacles: Obstacles | None = None
