@@ -1,6 +1,7 @@
 """Campaigns of trips among random walls: every base gets to where a way leads, and touches no wall.
 
-Without people, and with people who stand somewhere: then it gets there, or says that they stand in every way.
+Without people, and with people who stand somewhere: then it gets there, or says that they stand in every way. And
+through gaps that are hardly wider than the base.
 
 `SIDESTEP_TRIPS` sets the number of trips of each base (`make campaign` runs 100).
 """
@@ -146,3 +147,65 @@ def test_among_people_who_stand_it_arrives_too_or_says_that_they_stand_in_every_
     assert trip.arrived or said, str(trip)
     assert trip.nearest > trip.robot.radius - SWAY, str(trip)
     assert trip.to_people > trip.robot.radius + 0.3, str(trip)
+
+
+NARROW = {
+    "any velocity": Holonomic(max_speed=1.0, radius=0.3),
+    "any velocity, fast": Holonomic(max_speed=1.5, radius=0.3, shape="disc"),
+    "limited acceleration": Holonomic(max_speed=1.5, radius=0.3, max_acceleration=1.0),
+    "two wheels": DifferentialDrive(max_speed=1.0, radius=0.2),
+    "two wheels, limited acceleration": DifferentialDrive(
+        max_speed=1.0, radius=0.2, max_acceleration=1.0, max_turn_acceleration=4.0
+    ),
+}
+
+
+class Gap:
+    """A gap between two walls, `play` m wider than the robot's planning radius asks for; drawn by the generator."""
+
+    def __init__(self, rng, robot, play):
+        self.robot, half, heading = robot, robot.planning_radius + play / 2, rng.uniform(-3, 3)
+        self.across = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+        wall = np.array([(3, half), (3.2, half), (3.2, 15), (3, 15)])
+        self.origin = rng.uniform(-5, 5, 2)
+        self.walls = Obstacles(polygons=[self.placed(wall), self.placed(wall * [1, -1])])
+        self.planner = Planner(
+            robot=robot, goal=self.placed([6.0, rng.uniform(-1, 1)]), obstacles=self.walls, horizon=8
+        )  # fmt: skip
+        start = self.placed([0.5, rng.uniform(-1, 1)])
+        self.state = RobotState(position=start, heading=heading + rng.uniform(-1, 1), velocity=np.zeros(2))
+        self.nearest, self.plan = np.inf, None
+
+    def placed(self, points):
+        return np.array(points) @ self.across.T + self.origin
+
+    @property
+    def passed(self):
+        return ((self.state.position - self.origin) @ self.across)[0] > 3.2 + 2 * self.robot.planning_radius
+
+    def drive(self, seconds):
+        for call in range(round(seconds / 0.2)):
+            self.plan = self.planner.step(time=0.2 * call, robot=self.state, people=[])
+            for _ in range(4):
+                self.state = self.robot.follow(self.plan.velocity, self.state, 0.05)
+                self.nearest = min(self.nearest, float(self.walls.distance(self.state.position)))
+            if self.passed:
+                return
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", NARROW)
+@pytest.mark.parametrize("seed", range(max(TRIPS // 3, 1)))
+def test_a_gap_ten_centimetres_wider_than_it_needs_is_passed(kind, seed):
+    gap = Gap(np.random.default_rng(seed), NARROW[kind], play=0.1)
+    gap.drive(seconds=20.0)
+    assert gap.passed, f"{gap.state}, {gap.plan.reason}"
+    assert gap.nearest > gap.robot.radius - SWAY
+
+
+def test_a_gap_that_is_too_narrow_is_told(monkeypatch):
+    monkeypatch.setattr("sidestep.ladder._CREEP", ())
+    gap = Gap(np.random.default_rng(0), NARROW["limited acceleration"], play=0.06)
+    gap.drive(seconds=8.0)
+    assert not gap.passed
+    assert "the way may be too narrow" in gap.plan.reason

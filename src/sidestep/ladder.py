@@ -8,6 +8,7 @@ limit and mildly below it, so that there is no switch from driving to braking.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -16,12 +17,13 @@ import numpy as np
 from sidestep.forecast import Forecast
 from sidestep.planning.polish import polish
 from sidestep.planning.problem import PlanningProblem
-from sidestep.planning.search import search
-from sidestep.situation import Situation
+from sidestep.planning.search import SearchResult, search
+from sidestep.situation import STAYS, Situation
 from sidestep.types import FloatArray, Path, Status
 
 _GIVEN_UP = 0.5  # a motion that gains less than this share of the open way gives way
-_AT_GOAL = 0.01  # m, within which there is no way left to give up
+_STILL = 0.01  # m, less than which is no motion
+_CREEP = 0.5, 0.25  # of the top speed
 
 
 class View(NamedTuple):
@@ -127,10 +129,7 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
     steps = now.recourse_steps
     if steps is None:
         return safe
-    reach = now.around.horizon * now.settings.time_step * now.robot.planning_speed
-    open_way = now.distance(now.start)
-    gained = open_way - now.distance(safe.path[-1])
-    if gained >= _GIVEN_UP * min(reach, open_way) - _AT_GOAL:
+    if not now.gives_up(safe.path, _GIVEN_UP):
         return safe
     path = _motion(now, replace(safe.problem, graded=True))
     if path is None:
@@ -146,10 +145,31 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
 def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
     now.check()
     found = search(problem, outlook=now.outlook)
+    if _hesitates(now, problem, found.path):
+        found = _creeping(now, problem, found)
     if not found.feasible:
         return None
     now.check()
     return polish(problem, found, late=now.late).path if now.settings.polish else found.path
+
+
+def _hesitates(now: Situation, problem: PlanningProblem, path: Path) -> bool:
+    """Whether a motion beside a wall leads nowhere, or begins with that."""
+    return problem.beside_walls and (float(np.abs(path[1] - path[0]).max()) < _STILL or now.gives_up(path, STAYS))
+
+
+def _creeping(now: Situation, problem: PlanningProblem, found: SearchResult) -> SearchResult:
+    """What leads on through a gap that is narrower than the steps of a fast robot's lattice: a slow one's are small."""
+    pace = 0.0 if problem.inertia is None else math.hypot(*problem.inertia.velocity.tolist())
+    least = found.cost if problem.allows(found.path, found.risk) else math.inf
+    for share in _CREEP:
+        speed = share * problem.max_speed
+        if pace <= speed:
+            now.check()
+            slow = search(replace(problem, max_speed=speed))
+            if slow.feasible and slow.cost < least:
+                found, least = slow, slow.cost
+    return found
 
 
 def _least_risk(now: Situation, view: View, best: Outcome | None) -> Outcome:

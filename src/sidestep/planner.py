@@ -32,7 +32,7 @@ from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.site import Site, site_of
-from sidestep.situation import OutOfTime, Situation, circumstances
+from sidestep.situation import STAYS, OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
 from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, plausible, sealed, settled
 
@@ -319,7 +319,7 @@ class Planner:
             risk=sealed(risk),
             risk_limit=settings.risk_limit,
             status=outcome.status,
-            reason=_reason(outcome, settings, risk) + now.remark,
+            reason=_reason(outcome, settings, risk) + (now.remark or _too_narrow(now, outcome)),
             people=MappingProxyType({s.mind.id: person_plan(s, seen, self._afterwards) for s in seen.everybody}),
             horizon_used=now.around.horizon,
             rounds=outcome.rounds,
@@ -369,6 +369,14 @@ def _settled(settings: PlannerSettings | None, changes: dict[str, Any]) -> Plann
         if name not in names:
             raise UnknownName(f"planner.{name}", name, names)
     return replace(settings or PlannerSettings(), **changes)
+
+
+def _too_narrow(now: Situation, outcome: Outcome) -> str:
+    """Say so where nobody but walls can keep the robot from going on, or ''."""
+    walls_alone = outcome.problem.beside_walls and not outcome.foreseen.near and now.wish is None
+    if walls_alone and now.gives_up(outcome.path, STAYS):
+        return "; no motion leads on: the way may be too narrow here"
+    return ""
 
 
 def _reason(outcome: Outcome, settings: PlannerSettings, risk: FloatArray) -> str:

@@ -25,6 +25,9 @@ from sidestep.robots import Holonomic, Robot, RobotState
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import Path, Vector
 
+STAYS = 0.1
+"""Of the way that is open; a motion that gains less leads nowhere."""
+_AT_GOAL = 0.01  # m, within which there is no way left to give up
 _STANDS = 0.25  # m/s, below which somebody stands
 _BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
@@ -175,6 +178,12 @@ class Situation:
     def distance(self, place: Vector) -> float:
         """Return m from `place` to the goal, around walls and people who stand."""
         return way_to(self.goal, place, self.field)
+
+    def gives_up(self, path: Path, share: float) -> bool:
+        """Return whether a motion (N+1, d) m gains less than this share of what it could on an open way."""
+        reach = self.around.horizon * self.settings.time_step * self.robot.planning_speed
+        open_way = self.distance(self.start)
+        return open_way - self.distance(path[-1]) < share * min(reach, open_way) - _AT_GOAL
 
     def wished(self) -> list[Path]:
         """Return motions (N+1, d) m that begin as wished: then standing, and going on."""

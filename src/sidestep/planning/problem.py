@@ -30,6 +30,8 @@ from sidestep.types import BoolArray, FloatArray, GoalCost, Path, RiskRule, Shap
 STANDING_SHARE = 1.0 / 3.0
 """Part of the risk's cost that standing still is charged: who walks into a robot that stands is not run over by it."""
 
+_BESIDE = 0.1  # m beyond what the lattice needs
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanningProblem:
@@ -255,6 +257,20 @@ class PlanningProblem:
     def room(self) -> float:
         """How many m to walls the robot has where it is, and can keep; inf where there are none."""
         return math.inf if self.obstacles is None else float(self.obstacles.distance(self.start[None])[0]) - 1e-9
+
+    @property
+    def lattice_margin(self) -> float:
+        """M that the cells of a lattice keep from walls, so that the ways between them keep the margin.
+
+        A corner may poke in between two samples half a step apart.
+        """
+        across = math.sqrt(self.dimension) if self.shape == "box" else 1.0
+        return math.hypot(self.margin, 0.25 * self.max_speed * self.time_step * across)
+
+    @property
+    def beside_walls(self) -> bool:
+        """Whether walls are so near that a lattice may be too coarse to lead past them."""
+        return self.room <= self.lattice_margin + _BESIDE
 
     def _free(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         """(M,) whether straight ways (M, d) m from where the robot is come no nearer to walls than they may."""

@@ -207,13 +207,12 @@ def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDA
 def _walls(problem: PlanningProblem, spacing: float, radius: int, active: IntArray) -> tuple[BoolArray, BoolArray]:
     """Cells too near to a wall, and the same for the points halfway between them, split by parity.
 
-    A corner may poke in between two samples half a step apart; the margin is widened by as much. A base of limited
-    acceleration does not get out of what is too near in one step: it may go on to be as near as it is.
+    A base of limited acceleration does not get out of what is too near in one step: it may go on to be as near as it
+    is.
     """
     assert problem.obstacles is not None
     d = problem.dimension
-    stride = 0.25 * problem.max_speed * problem.time_step * (math.sqrt(d) if problem.shape == "box" else 1.0)
-    margin = math.hypot(problem.margin, stride)
+    margin = problem.lattice_margin
     if problem.inertia is not None:
         margin = min(margin, problem.room)
     shapes = problem.obstacles.shapes
