@@ -13,7 +13,8 @@ import os
 import numpy as np
 import pytest
 
-from sidestep import DifferentialDrive, Holonomic, PersonObservation, Planner, RobotState
+from made_trips import Trip
+from sidestep import DifferentialDrive, Holonomic, Planner
 from sidestep.obstacles import Obstacles, OccupancyGrid
 
 TRIPS = int(os.environ.get("SIDESTEP_TRIPS", "6"))
@@ -68,53 +69,33 @@ def ends(rng, obstacles, room):
     return None
 
 
-class Trip:
-    """A base among walls, and people who stand (K, 2) m; the number of the campaign's draw decides on all of it."""
+def drawn(rng, kind, standing):
+    """A base among walls, and up to so many people who stand; the generator decides on all of it."""
+    obstacles, robot = walls(rng), base(rng, kind)
+    wheels = isinstance(robot, DifferentialDrive)
+    places = ends(rng, obstacles, robot.planning_radius + 0.05 + (robot.offset if wheels else 0.0))
+    if places is None:
+        pytest.skip("no room for it between these walls")
+    start, goal = places
+    people = somewhere(rng, standing, places, obstacles)
+    planner = Planner(
+        robot=robot, goal=goal, obstacles=obstacles, horizon=int(rng.choice([5, 8, 10])),
+        time_step=float(rng.choice([0.4, 0.5])),
+    )  # fmt: skip
+    period = float(rng.choice([0.1, 0.2, 0.4]))
+    return Trip(planner, start, heading=float(rng.uniform(-3, 3)) if wheels else None, people=people, period=period)
 
-    def __init__(self, rng, kind, standing):
-        self.obstacles, self.robot = walls(rng), base(rng, kind)
-        self.wheels = isinstance(self.robot, DifferentialDrive)
-        offset = self.robot.offset if self.wheels else 0.0
-        places = ends(rng, self.obstacles, self.robot.planning_radius + 0.05 + offset)
-        if places is None:
-            pytest.skip("no room for it between these walls")
-        start, self.goal = places
-        self.people = self.somewhere(rng, standing, places)
-        self.planner = Planner(
-            robot=self.robot, goal=self.goal, obstacles=self.obstacles, horizon=int(rng.choice([5, 8, 10])),
-            time_step=float(rng.choice([0.4, 0.5])),
-        )  # fmt: skip
-        self.period = float(rng.choice([0.1, 0.2, 0.4]))
-        heading = float(rng.uniform(-3, 3)) if self.wheels else None
-        self.state = RobotState(position=start, heading=heading, velocity=np.zeros(2))
-        self.time, self.nearest, self.to_people, self.plan = 0.0, np.inf, np.inf, None
 
-    def somewhere(self, rng, count, places):
-        """(≤ count, 2) m, off the walls and neither where the trip begins nor where it ends."""
-        drawn = rng.uniform(0.4, 11.6, (5 * count, 2))
-        apart = np.linalg.norm(drawn[:, None] - places, axis=2).min(axis=1)
-        return drawn[self.obstacles.free(drawn, 0.3) & (apart > 2.0)][:count]
+def somewhere(rng, count, places, obstacles):
+    """(≤ count, 2) m, off the walls and neither where the trip begins nor where it ends."""
+    points = rng.uniform(0.4, 11.6, (5 * count, 2))
+    apart = np.linalg.norm(points[:, None] - places, axis=2).min(axis=1)
+    return points[obstacles.free(points, 0.3) & (apart > 2.0)][:count]
 
-    @property
-    def arrived(self):
-        return np.linalg.norm(self.robot.reference(self.state) - self.goal) <= 0.35
 
-    @property
-    def most(self):
-        """s that it may take."""
-        return 4.0 * 12.0 * np.sqrt(2.0) / self.robot.planning_speed + 25.0
-
-    def step(self):
-        seen = [PersonObservation(id=str(n), position=p, velocity=np.zeros(2)) for n, p in enumerate(self.people)]
-        self.plan = self.planner.step(time=self.time, robot=self.state, people=seen)
-        for _ in range(round(self.period / 0.05)):
-            self.state = self.robot.follow(self.plan.velocity, self.state, 0.05)
-            self.nearest = min(self.nearest, float(self.obstacles.distance(self.state.position)))
-            self.to_people = min([self.to_people, *np.linalg.norm(self.people - self.state.position, axis=1)])
-        self.time += self.period
-
-    def __str__(self):
-        return f"{self.robot} at {self.state.position}, {self.plan.status}: {self.plan.reason}"
+def longest(robot):
+    """s that a trip may take."""
+    return 4.0 * 12.0 * np.sqrt(2.0) / robot.planning_speed + 25.0
 
 
 KINDS = ["any velocity", "limited acceleration", "two wheels, limited acceleration"]
@@ -124,29 +105,28 @@ KINDS = ["any velocity", "limited acceleration", "two wheels, limited accelerati
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(TRIPS))
 def test_where_a_way_leads_the_base_arrives_and_touches_no_wall(kind, seed):
-    trip = Trip(np.random.default_rng(seed), kind, standing=0)
+    trip = drawn(np.random.default_rng(seed), kind, standing=0)
     while not trip.arrived:
-        trip.step()
-        if "no way" in trip.plan.reason:
+        if "no way" in trip.step().reason:
             return
-        assert trip.time < trip.most, str(trip)
-    assert trip.nearest > trip.robot.radius - SWAY, str(trip)
+        assert trip.time < longest(trip.robot), str(trip)
+    assert trip.to_walls() > trip.robot.radius - SWAY, str(trip)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(TRIPS))
 def test_among_people_who_stand_it_arrives_too_or_says_that_they_stand_in_every_way(kind, seed):
-    trip = Trip(np.random.default_rng(1000 + seed), kind, standing=5)
+    trip = drawn(np.random.default_rng(1000 + seed), kind, standing=5)
     said = 0  # how many times in a row
-    while not trip.arrived and trip.time < trip.most and said < 100:
-        trip.step()
-        if "no way" in trip.plan.reason:
+    while not trip.arrived and trip.time < longest(trip.robot) and said < 100:
+        reason = trip.step().reason
+        if "no way" in reason:
             return
-        said = said + 1 if "people stand in every way" in trip.plan.reason else 0
+        said = said + 1 if "people stand in every way" in reason else 0
     assert trip.arrived or said, str(trip)
-    assert trip.nearest > trip.robot.radius - SWAY, str(trip)
-    assert trip.to_people > trip.robot.radius + 0.3, str(trip)
+    assert trip.to_walls() > trip.robot.radius - SWAY, str(trip)
+    assert trip.nearest > trip.robot.radius + 0.3, str(trip)
 
 
 NARROW = {
@@ -160,52 +140,28 @@ NARROW = {
 }
 
 
-class Gap:
-    """A gap between two walls, `play` m wider than the robot's planning radius asks for; drawn by the generator."""
-
-    def __init__(self, rng, robot, play):
-        self.robot, half, heading = robot, robot.planning_radius + play / 2, rng.uniform(-3, 3)
-        self.across = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-        wall = np.array([(3, half), (3.2, half), (3.2, 15), (3, 15)])
-        self.origin = rng.uniform(-5, 5, 2)
-        self.walls = Obstacles(polygons=[self.placed(wall), self.placed(wall * [1, -1])])
-        self.planner = Planner(
-            robot=robot, goal=self.placed([6.0, rng.uniform(-1, 1)]), obstacles=self.walls, horizon=8
-        )  # fmt: skip
-        start = self.placed([0.5, rng.uniform(-1, 1)])
-        self.state = RobotState(position=start, heading=heading + rng.uniform(-1, 1), velocity=np.zeros(2))
-        self.nearest, self.plan = np.inf, None
-
-    def placed(self, points):
-        return np.array(points) @ self.across.T + self.origin
-
-    @property
-    def passed(self):
-        return ((self.state.position - self.origin) @ self.across)[0] > 3.2 + 2 * self.robot.planning_radius
-
-    def drive(self, seconds):
-        for call in range(round(seconds / 0.2)):
-            self.plan = self.planner.step(time=0.2 * call, robot=self.state, people=[])
-            for _ in range(4):
-                self.state = self.robot.follow(self.plan.velocity, self.state, 0.05)
-                self.nearest = min(self.nearest, float(self.walls.distance(self.state.position)))
-            if self.passed:
-                return
+def before_a_gap(rng, robot, play):
+    """A trip to a goal behind two walls with a gap between them, `play` m wider than the planning radius asks for."""
+    half, heading, origin = robot.planning_radius + play / 2, rng.uniform(-3, 3), rng.uniform(-5, 5, 2)
+    across = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
+    wall = np.array([(3, half), (3.2, half), (3.2, 15), (3, 15)])
+    start, goal = np.array([(0.5, rng.uniform(-1, 1)), (6.0, rng.uniform(-1, 1))]) @ across + origin
+    obstacles = Obstacles(polygons=[wall @ across + origin, wall * [1, -1] @ across + origin])
+    planner = Planner(robot=robot, goal=goal, obstacles=obstacles, horizon=8)
+    return Trip(planner, start, heading=heading + rng.uniform(-1, 1))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", NARROW)
 @pytest.mark.parametrize("seed", range(max(TRIPS // 3, 1)))
 def test_a_gap_ten_centimetres_wider_than_it_needs_is_passed(kind, seed):
-    gap = Gap(np.random.default_rng(seed), NARROW[kind], play=0.1)
-    gap.drive(seconds=20.0)
-    assert gap.passed, f"{gap.state}, {gap.plan.reason}"
-    assert gap.nearest > gap.robot.radius - SWAY
+    trip = before_a_gap(np.random.default_rng(seed), NARROW[kind], play=0.1).run(12.0)
+    assert trip.arrived, str(trip)
+    assert trip.to_walls() > trip.robot.radius - SWAY
 
 
 def test_a_gap_that_is_too_narrow_is_told(monkeypatch):
     monkeypatch.setattr("sidestep.ladder._CREEP", ())
-    gap = Gap(np.random.default_rng(0), NARROW["limited acceleration"], play=0.06)
-    gap.drive(seconds=8.0)
-    assert not gap.passed
-    assert "the way may be too narrow" in gap.plan.reason
+    trip = before_a_gap(np.random.default_rng(0), NARROW["limited acceleration"], play=0.06).run(8.0)
+    assert not trip.arrived
+    assert "the way may be too narrow" in trip.plan.reason

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sidestep
+from made_trips import Trip
 from sidestep import DifferentialDrive, Holonomic, Obstacles, PersonObservation, Planner, RobotState
 from sidestep._kernels import ways as kernels
 from sidestep.planning.geodesic import open_ways, ways_to_goal
@@ -28,48 +29,21 @@ def a_row(count, x=4.0, apart=0.9):
     return np.stack([np.full(count, x), (np.arange(count) - (count - 1) / 2) * apart + 0.03], axis=1)
 
 
-class Trip:
-    """A robot among people who stand, planned for five times a second."""
-
-    def __init__(self, robot, people, *, goal=GOAL, start=(0.0, 0.0), **settings):
-        self.robot, self.people, self.goal = robot, np.asarray(people, dtype=float), np.asarray(goal)
-        self.planner = Planner(robot=robot, goal=goal, **settings)
-        self.state = RobotState(position=np.array(start), heading=0.0, velocity=np.zeros(2))
-        self.time, self.nearest, self.plans, self.path = 0.0, np.inf, [], [self.state.position]
-
-    def step(self):
-        seen = [PersonObservation(id=str(i), position=p, velocity=np.zeros(2)) for i, p in enumerate(self.people)]
-        plan = self.planner.step(time=self.time, robot=self.state, people=seen)
-        for _ in range(4):
-            self.state = self.robot.follow(plan.velocity, self.state, 0.05)
-            away = np.linalg.norm(self.people - self.state.position, axis=1)
-            self.nearest = min(self.nearest, *away) if len(away) else np.inf
-        self.time += 0.2
-        self.plans.append(plan)
-        self.path.append(self.state.position)
-        return plan
-
-    @property
-    def arrived(self):
-        return np.linalg.norm(self.robot.reference(self.state) - self.goal) < 0.35
-
-    def run(self, most):
-        while not self.arrived and self.time < most:
-            self.step()
-        return self
+def trip_of(robot, people, *, goal=GOAL, **settings):
+    return Trip(Planner(robot=robot, goal=goal, **settings), people=people)
 
 
 @pytest.mark.parametrize("robot", BASES.values(), ids=BASES)
 @pytest.mark.parametrize("count", [4, 6])
 def test_a_row_of_people_who_stand_is_gone_around(robot, count):
-    trip = Trip(robot, a_row(count), horizon=5).run(25.0)
+    trip = trip_of(robot, a_row(count), horizon=5).run(25.0)
     assert trip.arrived, f"{trip.state.position}, {trip.plans[-1].reason}"
     assert trip.nearest > robot.radius + 0.3
     assert any("going around" in plan.reason for plan in trip.plans)
 
 
 def test_without_detours_the_robot_waits_for_as_long_as_they_stand():
-    trip = Trip(BASES["any velocity"], a_row(6), horizon=5, detour_after=None).run(25.0)
+    trip = trip_of(BASES["any velocity"], a_row(6), horizon=5, detour_after=None).run(25.0)
     assert not trip.arrived
     assert not any("around" in plan.reason for plan in trip.plans)
 
@@ -89,7 +63,7 @@ ROOMS = Obstacles(
 
 
 def test_somebody_in_the_door_is_waited_for_and_then_the_other_door_is_taken():
-    trip = Trip(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
+    trip = trip_of(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
     for _ in range(20):
         trip.step()
     assert np.abs(trip.state.position[1]) < 0.8  # 4 s: before the door
@@ -101,7 +75,7 @@ def test_somebody_in_the_door_is_waited_for_and_then_the_other_door_is_taken():
 
 
 def test_who_has_stood_for_long_when_the_robot_comes_is_not_waited_for():
-    trip = Trip(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
+    trip = trip_of(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
     held = trip.state
     for _ in range(50):
         trip.step()
@@ -116,7 +90,7 @@ def test_who_has_stood_for_long_when_the_robot_comes_is_not_waited_for():
 
 
 def test_whoever_goes_away_is_not_gone_around_any_more():
-    trip = Trip(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
+    trip = trip_of(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
     for _ in range(20):
         trip.step()
     trip.people = np.zeros((0, 2))
@@ -126,21 +100,21 @@ def test_whoever_goes_away_is_not_gone_around_any_more():
 
 
 def test_where_people_stand_in_every_way_the_reason_says_so():
-    trip = Trip(BASES["any velocity"], [(4.05, 0.1), (4.05, 4.8)], obstacles=ROOMS, horizon=5).run(12.0)
+    trip = trip_of(BASES["any velocity"], [(4.05, 0.1), (4.05, 4.8)], obstacles=ROOMS, horizon=5).run(12.0)
     assert not trip.arrived
     assert "people stand in every way to the goal" in trip.plans[-1].reason
     assert trip.nearest > 0.6
 
 
 def test_who_walks_is_never_taken_to_stand():
-    trip = Trip(BASES["any velocity"], a_row(6, x=5.0), horizon=5)
+    trip = trip_of(BASES["any velocity"], a_row(6, x=5.0), horizon=5)
     for _ in range(20):
         trip.people[:, 1] += 0.08 if trip.time <= 2.0 else -0.08  # 0.4 m/s, there and back
         assert "around" not in trip.step().reason
 
 
 def test_a_twin_goes_its_own_way_and_a_reset_forgets():
-    trip = Trip(BASES["any velocity"], a_row(6), horizon=5)
+    trip = trip_of(BASES["any velocity"], a_row(6), horizon=5)
     for _ in range(15):
         trip.step()
     twin, seen = trip.planner.twin(), [PersonObservation(id="0", position=(4.0, 0.0), velocity=(0.0, 0.0))]
@@ -153,7 +127,7 @@ def test_a_twin_goes_its_own_way_and_a_reset_forgets():
 
 
 def test_with_a_deadline_the_way_is_laid_aside_and_taken():
-    trip = Trip(BASES["any velocity"], a_row(5), horizon=5, deadline=1.0).run(30.0)
+    trip = trip_of(BASES["any velocity"], a_row(5), horizon=5, deadline=1.0).run(30.0)
     assert trip.arrived
 
 
@@ -182,14 +156,14 @@ def test_detour_after_is_a_positive_time_or_none(value):
 @pytest.mark.parametrize("behind", [False, True], ids=["before it", "behind it"])
 def test_a_robot_beside_somebody_who_stands_leaves_without_coming_nearer(robot, apart, behind):
     place = np.array([-apart if behind else apart, 0.03])
-    trip = Trip(robot, [place], goal=(4.0, 0.0)).run(12.0)
+    trip = trip_of(robot, [place], goal=(4.0, 0.0)).run(12.0)
     assert trip.arrived, f"{trip.state.position}, {trip.plans[-1].status}: {trip.plans[-1].reason}"
     assert trip.nearest > min(apart, 0.8) - 0.03
 
 
 def test_who_comes_into_the_robot_is_let_come():
     """Somebody walks up to a robot that others stand beside: it had better stand."""
-    trip = Trip(BASES["limited acceleration"], [(0.7, 0.0), (-2.0, 0.0)], goal=(4.0, 0.0))
+    trip = trip_of(BASES["limited acceleration"], [(0.7, 0.0), (-2.0, 0.0)], goal=(4.0, 0.0))
     walking = PersonObservation(id="w", position=(-1.2, 0.0), velocity=(1.2, 0.0))
     standing = PersonObservation(id="s", position=(0.9, 0.0), velocity=(0.0, 0.0))
     plan = trip.planner.step(time=0.0, robot=trip.state, people=[walking, standing])
@@ -198,7 +172,7 @@ def test_who_comes_into_the_robot_is_let_come():
 
 @pytest.mark.parametrize("name", ["limited acceleration", "two wheels"])
 def test_who_has_just_come_up_to_the_robot_is_waited_for_a_while(name):
-    trip, moved = Trip(BASES[name], [(3.0, 0.03)], goal=(4.0, 0.0)), []
+    trip, moved = trip_of(BASES[name], [(3.0, 0.03)], goal=(4.0, 0.0)), []
     for k in range(40):
         away = max(3.0 - 0.2 * k, 0.62)  # m/s 1, until they stand before the robot
         seen = [PersonObservation(id="a", position=(away, 0.03), velocity=(-float(away > 0.62), 0.0))]
@@ -258,7 +232,7 @@ def test_around_a_disc_the_way_is_that_of_a_taut_string():
 def test_a_goal_at_the_end_of_the_world_takes_no_more_room_than_a_near_one():
     field = open_ways((1e9, 0.0), (-5.0, -4.0), (5.0, 4.0)).field(np.array([[0.0, 0.0]]), np.array([1.0]))
     assert float(field.at((-2.0, 0.0))) - float(field.at((-2.0, 1.5))) == pytest.approx(0.3, abs=0.15)
-    trip = Trip(BASES["any velocity"], a_row(6), horizon=5, goal=(1e9, 0.0))
+    trip = trip_of(BASES["any velocity"], a_row(6), horizon=5, goal=(1e9, 0.0))
     while trip.state.position[0] < 5.5 and trip.time < 25.0:
         assert "internal error" not in trip.step().reason
     assert trip.state.position[0] >= 5.5

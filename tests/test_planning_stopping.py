@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import sidestep
 from made_masses import still_person
+from made_trips import Trip
 from sidestep.obstacles import Obstacles
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import search
@@ -215,30 +216,17 @@ SLUGGISH = {
 """Bases that change their velocity in a step by less than a cell of the search's lattice."""
 
 
-def trip(robot, planner, start, *, period, heading=None, most=40.0):
-    """(T, 2) m, where the base is every `period` s until its reference is at the goal; and whether it gets there."""
-    state = RobotState(position=start, heading=heading, velocity=np.zeros(2))
-    places = [state.position]
-    for n in range(round(most / period)):
-        plan = planner.step(time=period * n, robot=state, people=[])
-        state = robot.follow(plan.velocity, state, period)
-        places.append(state.position)
-        if np.linalg.norm(robot.reference(state) - planner.goal) < 0.3:
-            return np.array(places), True
-    return np.array(places), False
-
-
 @pytest.mark.parametrize("name", SLUGGISH)
 @pytest.mark.parametrize("period", [0.1, 0.5])
 def test_a_base_of_little_acceleration_gets_going_and_arrives(name, period):
     robot = SLUGGISH[name]
     heading = 2.0 if isinstance(robot, DifferentialDrive) else None
     planner = sidestep.Planner(robot=robot, goal=(6.0, 3.0), horizon=8, time_step=0.5)
-    places, arrived = trip(robot, planner, (0.0, 0.0), period=period, heading=heading)
-    assert arrived
+    trip = Trip(planner, heading=heading, period=period).run(40.0)
+    assert trip.arrived
     top, a = robot.planning_speed, robot.planning_acceleration
     least = math.hypot(6.0, 3.0) / top + top / a  # s, speeding up and braking; the axes of a box may be faster
-    assert period * len(places) < 1.6 * least + 2.0
+    assert trip.time < 1.6 * least + 2.0
 
 
 @pytest.mark.parametrize("name", SLUGGISH)
@@ -247,9 +235,9 @@ def test_it_gets_away_from_a_wall_that_it_stands_beside_and_around_a_corner(name
     heading = 1.0 if isinstance(robot, DifferentialDrive) else None
     walls = Obstacles(polygons=[[(-2.0, -1.0), (2.0, -1.0), (2.0, 0.0), (-2.0, 0.0)]])
     planner = sidestep.Planner(robot=robot, goal=(0.0, -2.5), obstacles=walls, horizon=8, time_step=0.5)
-    places, arrived = trip(robot, planner, (0.0, robot.radius + 0.02), period=0.2, heading=heading, most=80.0)
-    assert arrived
-    assert walls.distance(places).min() > robot.radius - 0.01
+    trip = Trip(planner, (0.0, robot.radius + 0.02), heading=heading).run(80.0)
+    assert trip.arrived
+    assert trip.to_walls() > robot.radius - 0.01
 
 
 HARD = {0.5: (7, 12, 13, 19, 21, 24, 41, 57, 74, 78), 1.0: (21, 41, 74, 78, 143, 148, 151, 163, 177, 186)}
