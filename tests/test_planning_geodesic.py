@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from made_trips import Trip
 from sidestep import Holonomic, Planner, RobotState
 from sidestep._kernels import walls as kernels
 from sidestep._kernels.ways import shortest_ways
@@ -17,6 +18,7 @@ from sidestep.obstacles import Obstacles, OccupancyGrid
 from sidestep.planning.geodesic import KNIGHT, ways_to_goal
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import search
+from sidestep.planning.search_maps import prepare
 
 WALL = Obstacles(polygons=[[(2.0, -3.0), (2.2, -3.0), (2.2, 2.0), (2.0, 2.0)]])
 CUL_DE_SAC = Obstacles(polygons=[[(2.0, -1.5), (2.2, -1.5), (2.2, 1.5), (2.0, 1.5)],
@@ -229,3 +231,35 @@ def test_a_goal_without_a_way_is_told():
         assert "no way" not in planner.step(time=time, robot=RobotState(position=inside), people=[]).reason
     planner.goal = (0.0, 5.0)
     assert "no way" not in planner.step(time=0.4, robot=RobotState(position=(0.0, 0.0)), people=[]).reason
+
+
+PILLAR = Obstacles(polygons=[[(1.5, -1.0), (2.5, -1.0), (2.5, 1.0), (1.5, 1.0)]])
+
+
+def test_among_walls_a_goal_has_a_height():
+    field = ways_to_goal(PILLAR, (4.0, 0.0, 3.0), margin=0.3).field()
+    plane = ways_to_goal(PILLAR, (4.0, 0.0), margin=0.3).field()
+    points = np.array([(0.0, 0.0, 0.0), (0.0, 0.5, 3.0), (3.5, 0.0, -1.0)])
+    assert field.at(points) == pytest.approx(np.hypot(plane.at(points[:, :2]), points[:, 2] - 3.0))
+
+
+@pytest.mark.parametrize("goal_cost", ["distance", "squared"])
+def test_the_lattice_of_a_drone_among_walls_has_the_costs_of_its_places(goal_cost):
+    goal = np.array([4.0, 0.0, 3.0])
+    problem = PlanningProblem(
+        start=np.array([0.2, 0.3, 0.9]), goal=goal, time_step=0.5, horizon=3, max_speed=1.0, goal_cost=goal_cost,
+        goal_weight=1.3, obstacles=PILLAR, distance_to_goal=ways_to_goal(PILLAR, goal, margin=0.3).field(),
+    )  # fmt: skip
+    maps = prepare(problem)
+    cells = np.array([(0, 0, 0), (1, -2, 3), (-3, 2, -1), (4, 4, 4)])
+    costs = problem.goal_costs(problem.start + maps.spacing * cells)
+    half = np.array(maps.stage.shape) // 2
+    found = [float(maps.stage[tuple(half + cell)]) for cell in cells]
+    assert np.diff(found) == pytest.approx(np.diff(costs), rel=1e-4, abs=1e-4)
+
+
+def test_a_drone_flies_up_to_its_goal_around_a_wall():
+    robot = Holonomic(max_speed=1.0, radius=0.3)
+    trip = Trip(Planner(robot=robot, goal=(4.0, 0.0, 3.0), obstacles=PILLAR, horizon=5), (0.0, 0.0, 0.0)).run(15.0)
+    assert trip.arrived, str(trip)
+    assert trip.to_walls() > robot.radius - 0.01

@@ -31,8 +31,8 @@ class DistanceField:
     """Length of the shortest way to the goal that keeps a margin from walls.
 
     Attributes:
-        goal: (2,) m; where it is not reachable, the nearest place that is free.
-        corner: (2,) m, place of values[0, 0]; spacing: m; values: (w, h) m.
+        goal: (d,) m; where it is not reachable, the nearest place that is free.
+        corner: (2,) m, place of values[0, 0]; spacing: m; values: (w, h) m, in the plane.
         free: (w, h) cells that ways may lead over; open: (w, h) those from which one leads to the goal.
         near: m to the nearest cell that is free, within which a place counts as that cell does.
     """
@@ -64,11 +64,13 @@ class DistanceField:
     def at(self, points: FloatArray | VectorLike) -> FloatArray:
         """Return (…,) m for `points` (…, d) m: interpolated, never less than the straight line, finite everywhere.
 
-        Off the raster: the straight line to its edge plus the value there, by the shortest such way.
+        Off the raster: the straight line to its edge plus the value there, by the shortest such way. Walls reach to the
+        sky: a way that climbs evenly is as long as the diagonal of the way in the plane and the height.
         """
         array = np.asarray(points, dtype=np.float64)
         flat = np.ascontiguousarray(array[..., :2].reshape(-1, 2))
-        return interpolate(flat, self.values, self.corner, self.spacing, self.goal).reshape(array.shape[:-1])
+        walk = interpolate(flat, self.values, self.corner, self.spacing, self.goal[:2]).reshape(array.shape[:-1])
+        return walk if self.goal.size == 2 else np.hypot(walk, array[..., 2] - self.goal[2])
 
 
 def way_to(goal: Vector, place: Vector, field: DistanceField | None) -> float:
@@ -81,7 +83,7 @@ class Ways:
     """A raster of the places that ways to one goal may lead over.
 
     Attributes:
-        goal: (2,) m; where it is not reachable, the nearest place that is free.
+        goal: (d,) m; where it is not reachable, the nearest place that is free.
         corner: (2,) m, place of cell [0, 0]; spacing: m; margin: m, kept from walls.
         free: (w, h) cells that are far enough from walls.
         straight: (w, h) m to the goal where nothing is between, inf elsewhere.
@@ -139,7 +141,7 @@ def ways_to_goal(
 
     Args:
         obstacles: walls.
-        goal: (2,) m (or (3,): the first two count).
+        goal: (2,) m, or (3,).
         margin: m, to be kept from walls.
         spacing: m between cells; coarser where the map has more than `cells` of them.
         reach: m, how far around the walls and the goal the raster goes.
@@ -162,7 +164,7 @@ def ways_to_goal(
     if any(long) and not guarded:
         shut = _shut(obstacles, flat, free.reshape(shape), margin)
     return Ways(
-        goal=frozen_array(target),
+        goal=frozen_array([*target, *np.asarray(goal, dtype=np.float64)[2:]]),
         corner=frozen_array(low),
         spacing=spacing,
         margin=margin,

@@ -191,17 +191,15 @@ def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDA
     field = problem.distance_to_goal
     if field is None:
         return goal_box(problem.start, problem.goal, weight, squared, spacing, half)[0]
-    return field_box(
-        embedded_point(problem.start),
-        spacing,
-        half,
-        field.values,
-        field.corner,
-        field.spacing,
-        field.goal,
-        float(weight[0]),
-        squared,
-    )[0]
+    origin = embedded_point(problem.start)
+    raster = field.values, field.corner, field.spacing, field.goal[:2]
+    if problem.dimension == 2:
+        return field_box(origin, spacing, half, *raster, float(weight[0]), squared)[0]
+    plane, least = field_box(origin, spacing, half * np.array([1, 1, 0]), *raster, 1.0, False)
+    climb = origin[2] + spacing * np.arange(-half[2], half[2] + 1) - field.goal[2]
+    square = (plane.astype(np.float64) + least) ** 2 + climb**2
+    costs = weight[0] * (square if squared else np.sqrt(square))
+    return (costs - costs.min()).astype(np.float32)
 
 
 def _walls(problem: PlanningProblem, spacing: float, radius: int, active: IntArray) -> tuple[BoolArray, BoolArray]:
