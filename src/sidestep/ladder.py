@@ -127,7 +127,7 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
     charged for what exceeds them later, is judged again before it comes to that.
     """
     steps = now.recourse_steps
-    if steps is None:
+    if steps is None or now.wish is not None:
         return safe
     if not now.gives_up(safe.path, _GIVEN_UP):
         return safe

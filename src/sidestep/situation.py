@@ -13,16 +13,18 @@ import numpy as np
 
 from sidestep.crew import Crew
 from sidestep.forecast import Forecast, foresee
+from sidestep.mind import Mind
 from sidestep.obstacles import Obstacles
 from sidestep.planning.anticipate import carried_forward, extended, straight
+from sidestep.planning.body import Body
 from sidestep.planning.geodesic import DistanceField, way_to
 from sidestep.planning.plan import Plan
 from sidestep.planning.problem import STANDING_SHARE, PlanningProblem
 from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
 from sidestep.planning.stopping import Inertia
-from sidestep.robots import Holonomic, Robot, RobotState
-from sidestep.subjects import Circumstances, Subject
+from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
+from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
 from sidestep.types import Path, Vector
 
 STAYS = 0.1
@@ -79,14 +81,39 @@ class Situation:
             return False
         near = False
         for subject in self.everybody:
-            mind = subject.mind
-            beyond = math.dist(mind.position, self.start) - subject.clearance
-            paces = [mind.velocity] if mind.habits is None else [mind.velocity, mind.habits.mean_velocity]
-            stands = all(math.hypot(*pace.tolist()) < _STANDS for pace in paces)
+            beyond, stands = math.dist(subject.mind.position, self.start) - subject.clearance, _stands(subject.mind)
             if beyond < _COMING and not stands:
                 return False
             near |= stands and beyond < _BESIDE
         return near
+
+    @property
+    def body(self) -> Body | None:
+        """What the base could run into before it stands: people who stand near, and walls within the disc around it."""
+        robot, here, interval = self.robot, self.state.position, self.around.interval
+        wheels = robot.offset if isinstance(robot, DifferentialDrive) else 0.0
+        fastest = max(robot.max_speed, self.around.robot_speed)
+        limit = robot.planning_acceleration
+        reach = fastest * (interval if limit is None else interval + 0.5 * fastest / limit) + wheels
+        near = []
+        for subject in self.everybody:
+            contact = robot.radius + subject.mind.model.radius + NEAR_MARGIN
+            if math.dist(subject.mind.position, here) < contact + reach and _stands(subject.mind):
+                near.append((subject.mind.position, contact))
+        walls = self.around.obstacles if wheels else None
+        strays = 0.0 if limit is None else reach  # m, that the reference may leave the straight way by, at most
+        if walls is not None and walls.distance(self.start) >= robot.planning_radius + strays:
+            walls = None
+        if walls is None and not near:
+            return None
+        return Body(
+            robot=robot,
+            state=self.state,
+            interval=interval,
+            people=np.array([place for place, _ in near]),
+            contacts=np.array([contact for _, contact in near]),
+            walls=walls,
+        )
 
     @property
     def steps(self) -> int:
@@ -100,7 +127,7 @@ class Situation:
         Judged again while there is still time to stop: a base of limited acceleration needs it for longer.
         """
         s = self.settings
-        if s.recourse is None or s.risk_rule != "mass" or self.wish is not None:
+        if s.recourse is None or s.risk_rule != "mass":
             return None
         inertia, most = self.inertia, self.around.horizon
         needed = 0 if inertia is None else math.ceil(min(inertia.time_to_stop / s.time_step, most))
@@ -158,6 +185,7 @@ class Situation:
             obstacles=self.around.obstacles,
             margin=robot.planning_radius,
             distance_to_goal=self.field,
+            body=self.body,
             inertia=self.inertia,
             stop_limit=settings.risk_limit if settings.first_step_limit is None else settings.first_step_limit,
             resolution=settings.search_resolution,
@@ -220,6 +248,12 @@ class Situation:
         path[1 : 1 + len(whole)] = self.start + whole
         path[1] = self.start + means[0] * inertia.time_step
         return path
+
+
+def _stands(mind: Mind) -> bool:
+    """Whether somebody stands, and has for a while."""
+    paces = [mind.velocity] if mind.habits is None else [mind.velocity, mind.habits.mean_velocity]
+    return all(math.hypot(*pace.tolist()) < _STANDS for pace in paces)
 
 
 def circumstances(

@@ -21,6 +21,7 @@ from sidestep._kernels.risk_sweep import forbid_changes
 from sidestep.human.cost import per_axis
 from sidestep.lazily import lazy
 from sidestep.obstacles import Obstacles
+from sidestep.planning.body import Body
 from sidestep.planning.geodesic import DistanceField
 from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
@@ -58,6 +59,7 @@ class PlanningProblem:
         obstacles: walls, or None; margin: m, to be kept from them.
         distance_to_goal: walking distance around walls; replaces the straight line in the goal cost "distance" and,
             squared, in "squared" (θ5 of the first axis then counts for all).
+        body: what the base would run into, whatever the risk of the point that is planned for, or None.
         inertia: of a base of limited acceleration, which limits the first action, or None; stop_limit: largest
             admissible risk at each half instant until such a base, braking from the next call on, would stand.
         resolution: K, largest tap of the search; None: by the budget.
@@ -88,6 +90,7 @@ class PlanningProblem:
     obstacles: Obstacles | None = None
     margin: float = 0.3
     distance_to_goal: DistanceField | None = None
+    body: Body | None = None
     inertia: Inertia | None = None
     stop_limit: float = 0.01
     resolution: int | None = None
@@ -188,8 +191,8 @@ class PlanningProblem:
     def first_step_costs(self, velocities: FloatArray) -> FloatArray:
         """Return (M,) what each first action costs beyond its effort; inf where it is not admissible.
 
-        Judged are the acceleration, the risk until the next call, the walls along the first step, and, where
-        acceleration is limited, the way on which the base would come to stand.
+        Judged are the acceleration, the risk until the next call, the walls along the first step, where acceleration is
+        limited the way on which the base would come to stand, and what the body would run into.
 
         Args:
             velocities: (M, d) m/s, means over the first step.
@@ -209,13 +212,26 @@ class PlanningProblem:
         if self.inertia is not None:
             left = np.flatnonzero(np.isfinite(out))
             out[left] += self._stop_costs(self.inertia, velocities[left])
+        if self.body is not None:
+            left = np.flatnonzero(np.isfinite(out))
+            hits = self._runs_into(self.body, velocities[left])
+            if self.graded and self.inertia is not None:
+                hits &= ~self.inertia.are_stops(velocities[left])  # to brake is all that can be done then
+            out[left[hits]] = math.inf
         return out
+
+    def _runs_into(self, body: Body, velocities: FloatArray) -> BoolArray:
+        """(M,) whether first actions (M, d) m/s, and the stop after them, run the body into anything."""
+        return body.runs_into(velocities if self.inertia is None else self.inertia.asked(velocities))
 
     def can_stop(self, path: Path) -> bool:
         """Return whether the base, once on `path` (N+1, d) m, could still come to stand with little enough risk."""
+        first = (path[1:2] - path[:1]) / self.time_step
+        if self.body is not None and self._runs_into(self.body, first)[0]:
+            return False
         if self.inertia is None:
             return True
-        excess, blocked = self._stop_excess(self.inertia, (path[1:2] - path[:1]) / self.time_step)
+        excess, blocked = self._stop_excess(self.inertia, first)
         return not (excess[0] > 0.0 or blocked[0])
 
     def _stop_costs(self, inertia: Inertia, velocities: FloatArray) -> FloatArray:

@@ -1,0 +1,136 @@
+"""Where the body itself goes until it would stand, and what it would run into: walls, and people who stand.
+
+Planning moves one point, and keeps a disc around it that covers the robot free. Somebody may be within that disc, and
+so may a wall: beside a base with two wheels, whose point is ahead of its axle, that is no contact yet. Which way the
+point may go then depends on the body: drawn back, it swings the axle out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sidestep.obstacles import Obstacles
+from sidestep.robots import DifferentialDrive, Robot, RobotState
+from sidestep.types import BoolArray, FloatArray
+
+SLICE = 0.05
+"""s between the places that are looked at."""
+_EXACT = 1e-3  # m
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Body:
+    """A base as it is now, and what stands around it.
+
+    Attributes:
+        robot: the base; state: where the middle of its body is, and how its reference moves (None: unknown).
+        interval: s until the next call, from which on it brakes.
+        people: (K, d) m, who stands; contacts: (K,) m between centres, that a motion must not come within.
+        walls: not to be run into, or None where the disc that is planned for is free of them.
+    """
+
+    robot: Robot
+    state: RobotState
+    interval: float
+    people: FloatArray
+    contacts: FloatArray
+    walls: Obstacles | None = None
+
+    def runs_into(self, asked: FloatArray) -> BoolArray:
+        """Return (M,) whether a base that is asked for (M, d) m/s, and to stop from the next call on, hits anything.
+
+        Where it is too near already it must not come nearer.
+        """
+        out = np.zeros(len(asked), dtype=np.bool_)
+        if self.walls is None and not len(self.people):
+            return out
+        places = self.places(asked)
+        for person, contact in zip(self.people, self.contacts, strict=True):
+            nearest = np.sqrt(np.square(places - person).sum(axis=-1)).min(axis=1)
+            out |= nearest < min(float(contact), math.dist(self.state.position, person)) - _EXACT
+        if self.walls is not None:
+            room = float(self.walls.distance(self.state.position))
+            out |= self.walls.distance(places).min(axis=1) < min(self.robot.radius, room) - _EXACT
+        return out
+
+    def places(self, asked: FloatArray) -> FloatArray:
+        """Return (M, T, d) m, where the middle of the body is every `SLICE` s from now until the base stands."""
+        if isinstance(self.robot, DifferentialDrive):
+            return self._driven(self.robot, asked)
+        return self._slid(self.robot.max_acceleration, asked)
+
+    def _slid(self, acceleration: float | None, asked: FloatArray) -> FloatArray:
+        """Of a base that takes any direction."""
+        place = np.broadcast_to(self.state.position, asked.shape)
+        known = self.state.velocity
+        velocity = asked if known is None or acceleration is None else np.broadcast_to(known, asked.shape)
+        places = [place]
+        for driving, step in self._phases():
+            goal = asked if driving else np.zeros_like(asked)
+            change = goal - velocity
+            if acceleration is not None and known is not None:
+                size = np.sqrt(np.square(change).sum(axis=1, keepdims=True))
+                change = change * np.minimum(acceleration * step / np.maximum(size, 1e-12), 1.0)
+                place = place + (velocity + 0.5 * change) * step
+            else:
+                place = place + goal * step
+            velocity = velocity + change
+            places.append(place)
+            if not (driving or velocity.any()):
+                break
+        return np.stack(places, axis=1)
+
+    def _driven(self, robot: DifferentialDrive, asked: FloatArray) -> FloatArray:
+        """Of a base with two wheels, whose own loop makes the reference follow (`DifferentialDrive.follow`)."""
+        count, offset = len(asked), robot.offset
+        assert self.state.heading is not None
+        heading = np.full(count, self.state.heading)
+        place = np.broadcast_to(self.state.position, (count, 2))
+        target = place + offset * _directions(heading)
+        known = self.state.velocity
+        along, turn = np.zeros(count), np.zeros(count)
+        if known is not None:
+            along, turn = _twist(np.broadcast_to(known, (count, 2)), heading, offset)
+        limits = robot.max_acceleration if known is not None else None, robot.max_turn_acceleration
+        places = [place]
+        for driving, step in self._phases():
+            wanted = np.zeros(count), np.zeros(count)
+            if driving:
+                target = target + asked * step
+                wanted = _twist((target - place - offset * _directions(heading)) / step, heading, offset)
+                excess = np.maximum(np.abs(wanted[0]) / robot.max_speed, np.abs(wanted[1]) / robot.max_turn_rate)
+                wanted = wanted[0] / np.maximum(excess, 1.0), wanted[1] / np.maximum(excess, 1.0)
+            changes = wanted[0] - along, wanted[1] - turn
+            excess = np.ones(count)
+            for change, limit in zip(changes, limits, strict=True):
+                if limit is not None and known is not None:
+                    excess = np.maximum(excess, np.abs(change) / (limit * step))
+            along, turn = along + changes[0] / excess, turn + changes[1] / excess
+            place = place + (along * step)[:, None] * _directions(heading + 0.5 * turn * step)
+            heading = heading + turn * step
+            places.append(place)
+            if not (driving or along.any() or turn.any()):
+                break
+        return np.stack(places, axis=1)
+
+    def _phases(self) -> list[tuple[bool, float]]:
+        """Whether the base still does what it was asked for, and how many s that slice lasts: then it brakes."""
+        driving = max(1, math.ceil(self.interval / SLICE - 1e-9))
+        limit = self.robot.planning_acceleration
+        braking = 1 if limit is None else math.ceil(1.5 * self.robot.planning_speed / (limit * SLICE))
+        return [(True, self.interval / driving)] * driving + [(False, SLICE)] * braking
+
+
+def _twist(velocities: FloatArray, heading: FloatArray, offset: float) -> tuple[FloatArray, FloatArray]:
+    """(M,) m/s and (M,) rad/s, v and ω, that give the reference velocities (M, 2) m/s (Eq. 10)."""
+    cosine, sine = np.cos(heading), np.sin(heading)
+    x, y = velocities[:, 0], velocities[:, 1]
+    return x * cosine + y * sine, (y * cosine - x * sine) / offset
+
+
+def _directions(heading: FloatArray) -> FloatArray:
+    """(M, 2)."""
+    return np.stack([np.cos(heading), np.sin(heading)], axis=1)
