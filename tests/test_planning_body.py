@@ -55,8 +55,8 @@ def test_the_body_goes_where_small_steps_of_the_base_lead(name, seed):
     for places, velocity in zip(body.places(asked), asked, strict=True):
         expected = by_small_steps(body, velocity)
         count = min(len(places), len(expected))
-        assert places[:count] == pytest.approx(expected[:count], abs=0.04)
-        assert places[-1] == pytest.approx(expected[-1], abs=0.04)
+        assert places[:count] == pytest.approx(expected[:count], abs=0.035)
+        assert places[-1] == pytest.approx(expected[-1], abs=0.035)
 
 
 @given(st.integers(0, 10_000))
@@ -105,7 +105,7 @@ def hemmed_in(rng):
 
 
 @pytest.mark.parametrize("name", BASES)
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(5))
 def test_who_stands_around_the_robot_is_not_driven_into(name, seed):
     rng = np.random.default_rng(seed)
     trip = Trip(Planner(robot=BASES[name], goal=(5.0, 0.0)), heading=rng.uniform(-3, 3), people=hemmed_in(rng))

@@ -19,6 +19,7 @@ from sidestep.types import BoolArray, FloatArray
 SLICE = 0.05
 """s between the places that are looked at."""
 _EXACT = 1e-3  # m
+_ITERATIONS = 4  # of Newton's method
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,7 +101,7 @@ class Body:
             wanted = np.zeros(count), np.zeros(count)
             if driving:
                 target = target + asked * step
-                wanted = _twist((target - place - offset * _directions(heading)) / step, heading, offset)
+                wanted = _arcs(target - place - offset * _directions(heading), heading, offset, step)
                 excess = np.maximum(np.abs(wanted[0]) / robot.max_speed, np.abs(wanted[1]) / robot.max_turn_rate)
                 wanted = wanted[0] / np.maximum(excess, 1.0), wanted[1] / np.maximum(excess, 1.0)
             changes = wanted[0] - along, wanted[1] - turn
@@ -129,6 +130,27 @@ def _twist(velocities: FloatArray, heading: FloatArray, offset: float) -> tuple[
     cosine, sine = np.cos(heading), np.sin(heading)
     x, y = velocities[:, 0], velocities[:, 1]
     return x * cosine + y * sine, (y * cosine - x * sine) / offset
+
+
+def _arcs(aims: FloatArray, heading: FloatArray, offset: float, step: float) -> tuple[FloatArray, FloatArray]:
+    """(M,) m/s and (M,) rad/s that, held for `step` s, move the reference by `aims` (M, 2) m; see `robots._arc`."""
+    v, turn = guess = _twist(aims / step, heading, offset)
+    along, across = v * step, turn * step * offset
+    with np.errstate(all="ignore"):  # what does not settle is not used
+        for _ in range(_ITERATIONS):
+            a = turn * step
+            bent = np.where(np.abs(a) < 1e-4, 1e-4, a)
+            sine, cosine = np.sin(bent), np.cos(bent)
+            s, c = sine / bent, (1.0 - cosine) / bent
+            ds, dc = (cosine - s) / bent, (sine - c) / bent
+            x = v * step * s + offset * (cosine - 1.0) - along
+            y = v * step * c + offset * sine - across
+            j11, j12 = step * s, (v * step * ds - offset * sine) * step
+            j21, j22 = step * c, (v * step * dc + offset * cosine) * step
+            determinant = j11 * j22 - j12 * j21
+            v, turn = v - (j22 * x - j12 * y) / determinant, turn - (j11 * y - j21 * x) / determinant
+    settled = (np.abs(x) + np.abs(y) < _EXACT) & (np.abs(turn * step) < math.pi)
+    return np.where(settled, v, guess[0]), np.where(settled, turn, guess[1])
 
 
 def _directions(heading: FloatArray) -> FloatArray:
