@@ -67,7 +67,7 @@ def test_somebody_in_the_door_is_waited_for_and_then_the_other_door_is_taken():
     for _ in range(20):
         trip.step()
     assert np.abs(trip.state.position[1]) < 0.8  # 4 s: before the door
-    assert "waiting for people who stand" in trip.plans[-1].reason
+    assert "waiting for people standing" in trip.plans[-1].reason
     trip.run(40.0)
     assert trip.arrived
     assert np.max(trip.path, axis=0)[1] > 4.0
@@ -249,3 +249,15 @@ def test_discs_and_walls_close_a_way_together():
     assert float(door.at(here)) > 11.0
     assert not both.reaches(here)
     assert np.isfinite(both.at(here))
+
+
+def test_a_new_map_every_second_is_no_progress():
+    trip = trip_of(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
+    for call in range(150):
+        if call % 5 == 0:
+            trip.planner.obstacles = Obstacles(polygons=ROOMS.polygons)
+        trip.step()
+        if trip.arrived:
+            break
+    assert trip.arrived
+    assert np.max(trip.path, axis=0)[1] > 4.0

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sidestep.mind import Mind
 from sidestep.planning.geodesic import DistanceField, Ways, open_ways, way_to
 from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import Robot
@@ -47,6 +46,14 @@ AROUND = 4.0
 """m beyond what the robot reaches within the horizon, that the way is laid for where there is no map."""
 
 
+class Disc(NamedTuple):
+    """What takes room: centre (d,) m, radius m, and what it is one of, in a word."""
+
+    centre: Vector
+    radius: float
+    kind: str = "people"
+
+
 class Course(NamedTuple):
     """The walking distance to the goal (None: straight), and what is to be said of it, beginning with "; ", or ""."""
 
@@ -62,6 +69,7 @@ class Stand:
         place: (2,) m, where they came to stand; here: (2,) m, where they are.
         since: s, when; seen: s, last.
         contact: m between centres at which bodies touch.
+        kind: what they are one of.
     """
 
     place: Vector
@@ -69,6 +77,7 @@ class Stand:
     since: float
     seen: float
     contact: float
+    kind: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,23 +138,26 @@ class Detours:
         self._laid: Laid | None = None
         self._laying: Laying | None = None
 
-    def course(self, site: Site, minds: Mapping[str, Mind], *, here: Vector, time: float) -> Course:
+    def course(self, site: Site, discs: Mapping[str, Disc], *, here: Vector, time: float) -> Course:
         """Return the way around walls, and around people who stand where that is worth it.
 
         Args:
             site: the goal and the walls.
-            minds: everybody who counts.
+            discs: everybody who counts, by name, and what else may stand in the way.
             here: (d,) m, the point that planning moves; what is not in the plane has no detours.
             time: s, now.
         """
         after = self._after
         if after is None or here.size != 2:
             return Course(site.field)
-        self._stands = self._noted(minds, here, time)
-        if site is not self._site:
-            self._site, self._least = site, math.inf
-            self._ways = self._laid = self._laying = None
+        self._stands = self._noted(discs, here, time)
         direct = way_to(site.goal, here, site.field)
+        if site is not self._site:
+            before, self._site = self._site, site
+            same = before is not None and np.array_equal(before.goal, site.goal)
+            behind = way_to(before.goal, here, before.field) - self._least if before is not None and same else -math.inf
+            self._least = direct - behind  # a new map is no progress, a new goal is a new way
+            self._ways = self._laid = self._laying = None
         if direct < self._least - PROGRESS:
             self._least, self._progress = direct, time
         waited = time - self._progress
@@ -153,30 +165,28 @@ class Detours:
         laid = self._around(site, standing, self._room(waited), here) if standing else None
         if laid is None:
             return Course(site.field)
+        who = " and ".join(sorted({stand.kind for stand in standing.values()}))
         if not laid.reaches(here):
-            return Course(site.field, "; people stand in every way to the goal" if waited > after else "")
+            return Course(site.field, f"; {who} stand in every way to the goal" if waited > after else "")
         longer = way_to(site.goal, here, laid) - direct
         stood = time - max(stand.since for stand in standing.values())
         if longer > self._robot.planning_speed * max(after + waited, stood):
-            return Course(
-                site.field, f"; waiting for people who stand in the way: around them it is {longer:.1f} m more"
-            )
-        return Course(laid, "; going around people who stand in the way" if longer > PROGRESS else "")
+            return Course(site.field, f"; waiting for {who} standing in the way: around them it is {longer:.1f} m more")
+        return Course(laid, f"; going around {who} standing in the way" if longer > PROGRESS else "")
 
-    def _noted(self, minds: Mapping[str, Mind], here: Vector, time: float) -> Mapping[str, Stand]:
+    def _noted(self, discs: Mapping[str, Disc], here: Vector, time: float) -> Mapping[str, Stand]:
         """Everybody, and since when they are where they are; who is out of view is taken to stay for a while."""
         now = {
             name: stand
             for name, stand in self._stands.items()
             if math.dist(stand.here, here) > IN_VIEW and time - stand.seen < FORGOTTEN
         }
-        for name, mind in minds.items():
+        for name, (centre, radius, kind) in discs.items():
             before = self._stands.get(name)
-            if before is not None and math.dist(before.place, mind.position) <= STILL:
-                now[name] = Stand(before.place, mind.position, before.since, time, before.contact)
+            if before is not None and math.dist(before.place, centre) <= STILL:
+                now[name] = Stand(before.place, centre, before.since, time, before.contact, kind)
             else:
-                contact = self._robot.planning_radius + mind.model.radius
-                now[name] = Stand(mind.position, mind.position, time, time, contact)
+                now[name] = Stand(centre, centre, time, time, self._robot.planning_radius + radius, kind)
         return now
 
     def _standing(self, goal: Vector, here: Vector, since: float) -> dict[str, Stand]:

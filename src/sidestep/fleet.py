@@ -19,6 +19,7 @@ from time import perf_counter
 import numpy as np
 
 from sidestep.checks import WIDEST, of_kind
+from sidestep.detour import Disc
 from sidestep.errors import InvalidInput
 from sidestep.forecast import Forecast
 from sidestep.human.observation import PersonObservation
@@ -130,6 +131,11 @@ class FleetPlanner(Planner):
                 if share > 0.0 and float(np.linalg.norm(offset + share * drift)) < least:
                     return True
         return False
+
+    def _discs(self) -> dict[str, Disc]:
+        """Other robots may stand in the way, too; they have no names that people could have."""
+        robots = (Disc(other.path[0], other.radius, "robots") for other in self._others)
+        return super()._discs() | {f"\0{number}": disc for number, disc in enumerate(robots)}
 
     def _situation(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Situation:
         now = super()._situation(time, robot, started, wish)

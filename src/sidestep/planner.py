@@ -17,7 +17,7 @@ import numpy as np
 from sidestep import compiling, minds, rehearsal
 from sidestep.checks import numbers_in, of_kind
 from sidestep.crew import Crew
-from sidestep.detour import Course, Detours
+from sidestep.detour import Course, Detours, Disc
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.forecast import Afterwards, person_plan
 from sidestep.human.model import HumanModel
@@ -232,7 +232,7 @@ class Planner:
         start = self.robot.reference(robot)
         course = Course(self._site.field)
         if wanted.size == 0:
-            course = self._detours.course(self._site, self._minds, here=start, time=time)
+            course = self._detours.course(self._site, self._discs(), here=start, time=time)
         horizon = settings.horizon if settings.deadline is None else self._pace.horizon(settings)
         around = circumstances(
             settings,
@@ -259,6 +259,10 @@ class Planner:
             wish=wanted if wanted.size == self.goal.size else None,
             velocity=self._velocity(time, state),
         )
+
+    def _discs(self) -> dict[str, Disc]:
+        """Whoever may stand in the way."""
+        return {name: Disc(mind.position, mind.model.radius) for name, mind in self._minds.items()}
 
     def _velocity(self, time: float, state: RobotState) -> Vector | None:
         """(d,) m/s, that the robot moves with: as measured where acceleration is limited, else as last asked for."""

@@ -189,9 +189,15 @@ class Situation:
             inertia=self.inertia,
             stop_limit=settings.risk_limit if settings.first_step_limit is None else settings.first_step_limit,
             resolution=settings.search_resolution,
+            overshoot_weight=0.0 if self.wish is not None else self._farther,
             preferred=preferred,
             preference_weight=weight,
         )
+
+    @property
+    def _farther(self) -> float:
+        """What it costs to be a metre farther from the goal during the whole horizon."""
+        return self.around.horizon * float(np.max(self.settings.goal_weight))
 
     @property
     def _preference(self) -> tuple[Vector | None, float]:

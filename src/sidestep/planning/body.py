@@ -136,6 +136,7 @@ def _arcs(aims: FloatArray, heading: FloatArray, offset: float, step: float) -> 
     """(M,) m/s and (M,) rad/s that, held for `step` s, move the reference by `aims` (M, 2) m; see `robots._arc`."""
     v, turn = guess = _twist(aims / step, heading, offset)
     along, across = v * step, turn * step * offset
+    x = y = np.zeros(len(aims))
     with np.errstate(all="ignore"):  # what does not settle is not used
         for _ in range(_ITERATIONS):
             a = turn * step

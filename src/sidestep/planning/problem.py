@@ -63,6 +63,8 @@ class PlanningProblem:
         inertia: of a base of limited acceleration, which limits the first action, or None; stop_limit: largest
             admissible risk at each half instant until such a base, braking from the next call on, would stand.
         resolution: K, largest tap of the search; None: by the budget.
+        overshoot_weight: cost per m by which a base of limited acceleration, braking from the next call on, would pass
+            the goal.
         preferred: (d,) m/s, a first velocity that is preferred, or None; preference_weight: cost per m²/s² off it.
     """
 
@@ -94,6 +96,7 @@ class PlanningProblem:
     inertia: Inertia | None = None
     stop_limit: float = 0.01
     resolution: int | None = None
+    overshoot_weight: float = 0.0
     preferred: Vector | None = None
     preference_weight: float = 0.0
 
@@ -137,6 +140,19 @@ class PlanningProblem:
             return np.zeros(len(velocities))
         return self.preference_weight * np.square(velocities - self.preferred).sum(axis=1)
 
+    def overshoot_costs(self, velocities: FloatArray) -> FloatArray:
+        """Return (M,) what it costs that the base would pass the goal after first velocities (M, d) m/s.
+
+        A lattice whose cells lie farther apart than the base can change its velocity by takes it to brake in time
+        where it does not: it would swing around the goal.
+        """
+        way = self.goal - self.start
+        length = math.sqrt(float(way @ way))
+        if self.inertia is None or self.overshoot_weight == 0.0 or length < 1e-6:
+            return np.zeros(len(velocities))
+        beyond = self.inertia.stops(velocities, 0).ends @ (way / length) - length
+        return self.overshoot_weight * np.maximum(beyond, 0.0)
+
     def risk_along(self, path: Path) -> FloatArray:
         """Return (2N,) what the rule limits, at half instants 1..2N of `path` (N+1, d) m."""
         if self.people is None or not self.people.people:
@@ -160,11 +176,13 @@ class PlanningProblem:
             total = straight_motion_cost(path, self.goal, self.goal_weights, squared, *beyond)
         else:
             total = motion_cost(path, self.goal_costs(path[1:]), *beyond)
-        if self.preferred is None and not self.graded:
+        if self.preferred is None and self.inertia is None and not self.graded:
             return total
         first = (path[1:2] - path[:1]) / self.time_step
         if self.preferred is not None:
             total += float(self.preference_costs(first)[0])
+        if self.inertia is not None:
+            total += float(self.overshoot_costs(first)[0])
         return total + float(self.first_step_costs(first)[0]) if self.graded else total
 
     @property

@@ -179,6 +179,7 @@ def _first_costs(problem: PlanningProblem, velocities: FloatArray, pace: float) 
     if problem.preferred is not None:
         costs += problem.preference_costs(begun)
     if problem.inertia is not None:
+        costs += problem.overshoot_costs(begun)
         most = max(problem.largest_change, pace * math.sqrt(problem.dimension))
         forbid_changes(velocities, problem.inertia.velocity, most, costs)
     return costs.astype(np.float32)
