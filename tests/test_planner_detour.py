@@ -261,3 +261,31 @@ def test_a_new_map_every_second_is_no_progress():
             break
     assert trip.arrived
     assert np.max(trip.path, axis=0)[1] > 4.0
+
+
+@pytest.mark.parametrize("width", [1.55, 1.6])
+@pytest.mark.parametrize("aside", [0.44, 0.5])
+def test_a_plan_that_waits_for_one_step_and_goes_then_is_not_made_for_ever(width, aside):
+    """Somebody stands in the door, at its side: what may be done a step later may not be begun, at every call."""
+    door = width / 2.0
+    walls = [
+        [(3.0, -4.0), (3.2, -4.0), (3.2, -door), (3.0, -door)],
+        [(3.0, door), (3.2, door), (3.2, 3.2), (3.0, 3.2)],
+        [(3.0, 5.0), (3.2, 5.0), (3.2, 6.0), (3.0, 6.0)],
+        [(-1.0, -4.2), (8.0, -4.2), (8.0, -4.0), (-1.0, -4.0)],
+        [(-1.0, 6.0), (8.0, 6.0), (8.0, 6.2), (-1.0, 6.2)],
+    ]
+    robot = Holonomic(max_speed=1.0, radius=0.25, shape="disc", max_acceleration=1.0)
+    trip = trip_of(robot, [(3.1, aside)], goal=(6.0, 0.0), obstacles=Obstacles(polygons=walls)).run(30.0)
+    assert trip.arrived, str(trip)
+    assert trip.nearest > robot.radius + 0.25
+
+
+def test_a_base_between_a_pillar_and_somebody_who_stands_leaves():
+    angles = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    pillar = Obstacles(polygons=[np.stack([0.04 + 0.3 * np.cos(angles), 0.99 + 0.3 * np.sin(angles)], axis=1)])
+    robot = Holonomic(max_speed=1.0, radius=0.3, shape="disc", max_acceleration=0.5)
+    planner = Planner(robot=robot, goal=(0.6, -0.3), obstacles=pillar, horizon=5)
+    trip = Trip(planner, (-0.5, 0.58), people=[(-1.0861, -0.3632)]).run(10.0)
+    assert trip.arrived, str(trip)
+    assert trip.nearest > robot.radius + 0.3

@@ -288,3 +288,30 @@ def test_a_velocity_that_nobody_measured_is_taken_from_the_way_made():
     assert inferred.velocity[0] > 0.5  # it cannot turn at once
     free = sidestep.Planner(robot=Holonomic(shape="disc"), goal=(0.0, 6.0))
     assert free.step(time=0.0, robot=RobotState(position=(0.0, 0.0)), people=[]).velocity[0] == pytest.approx(0.0)
+
+
+def test_where_nobody_measures_it_a_velocity_that_changes_steadily_is_that_of_now():
+    """x = ½·a·t²: the mean since the last call lags by half an interval."""
+
+    def plan_for(measured):
+        planner = sidestep.Planner(robot=Holonomic(max_acceleration=1.0, shape="disc"), goal=(0.0, 6.0))
+        for time in (0.0, 0.2, 0.4, 0.6):
+            velocity = (time, 0.0) if measured else None
+            state = RobotState(position=(0.5 * time**2, 0.0), velocity=velocity)
+            plan = planner.step(time=time, robot=state, people=[])
+        return plan
+
+    assert plan_for(measured=False).velocity == pytest.approx(plan_for(measured=True).velocity)
+
+
+@pytest.mark.parametrize(("speed", "dimension", "most"), [(1.5, 2, 0.45), (2.0, 2, 0.6), (1.5, 3, 0.6)])
+def test_a_base_of_little_acceleration_stops_at_its_goal(speed, dimension, most):
+    robot = Holonomic(max_speed=speed, radius=0.2, shape="disc", max_acceleration=0.5)
+    goal = np.array([4.8, 3.6, 0.0])[:dimension]
+    trip = Trip(sidestep.Planner(robot=robot, goal=goal, horizon=5), np.zeros(dimension), heading=None)
+    trip.run(20.0)
+    for _ in range(30):
+        trip.step()
+    along = np.array(trip.path) @ goal / 6.0
+    assert along.max() < 6.0 + most
+    assert np.linalg.norm(trip.state.position - goal) < 0.2

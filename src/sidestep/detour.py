@@ -55,10 +55,14 @@ class Disc(NamedTuple):
 
 
 class Course(NamedTuple):
-    """The walking distance to the goal (None: straight), and what is to be said of it, beginning with "; ", or ""."""
+    """The walking distance to the goal (None: straight), what is to be said of it, and for how long nothing is gained.
+
+    What is said begins with "; ", or is "". How long is in s.
+    """
 
     field: DistanceField | None
     remark: str = ""
+    waited: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,15 +168,16 @@ class Detours:
         standing = self._standing(site.goal, here, time - after)
         laid = self._around(site, standing, self._room(waited), here) if standing else None
         if laid is None:
-            return Course(site.field)
+            return Course(site.field, waited=waited)
         who = " and ".join(sorted({stand.kind for stand in standing.values()}))
         if not laid.reaches(here):
-            return Course(site.field, f"; {who} stand in every way to the goal" if waited > after else "")
+            return Course(site.field, f"; {who} stand in every way to the goal" if waited > after else "", waited)
         longer = way_to(site.goal, here, laid) - direct
         stood = time - max(stand.since for stand in standing.values())
         if longer > self._robot.planning_speed * max(after + waited, stood):
-            return Course(site.field, f"; waiting for {who} standing in the way: around them it is {longer:.1f} m more")
-        return Course(laid, f"; going around {who} standing in the way" if longer > PROGRESS else "")
+            waiting = f"; waiting for {who} standing in the way: around them it is {longer:.1f} m more"
+            return Course(site.field, waiting, waited)
+        return Course(laid, f"; going around {who} standing in the way" if longer > PROGRESS else "", waited)
 
     def _noted(self, discs: Mapping[str, Disc], here: Vector, time: float) -> Mapping[str, Stand]:
         """Everybody, and since when they are where they are; who is out of view is taken to stay for a while."""

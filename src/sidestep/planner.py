@@ -86,6 +86,7 @@ class Planner:
         self._informed = -math.inf  # s, of the last call that knew about people
         self._interval = self.settings.time_step  # s, until the next call, as far as the calls so far tell
         self._was: tuple[float, Vector] | None = None  # s and m, the reference at the last call
+        self._mean: Vector | None = None  # m/s, its mean velocity until then, where nobody measures it
         self._asked: tuple[float, Vector] | None = None  # s and m/s, what the last call asked for, unless a stop
         self._site = self._at(goal, obstacles, self._told)
         if self.settings.deadline is not None:
@@ -142,7 +143,7 @@ class Planner:
 
     def reset(self) -> None:
         """Forget everybody and the last plan."""
-        self._minds, self._last, self._was, self._asked = {}, None, None, None
+        self._minds, self._last, self._was, self._mean, self._asked = {}, None, None, None, None
         self._detours = Detours(self.robot, self.settings)
         self._time = self._informed = -math.inf
 
@@ -253,6 +254,7 @@ class Planner:
             everybody=everybody_of(tuple(self._minds.values()), around),
             field=course.field,
             remark=self._site.no_way_from(start) or course.remark,
+            waited=course.waited,
             crew=self._crew,
             outlook=self._outlook,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
@@ -280,7 +282,10 @@ class Planner:
             return robot
         known = [robot.velocity]
         if before is not None and 0.0 < time - before[0] <= self.settings.timeout:
-            known.append((here - before[1]) / (time - before[0]))
+            elapsed = time - before[0]
+            known.append(self._reached((here - before[1]) / elapsed, elapsed))
+        else:
+            self._mean = None
         fastest = _IMPLAUSIBLE * self.robot.planning_speed
         told = (
             v
@@ -288,6 +293,19 @@ class Planner:
             if v is not None and v.shape == here.shape and np.isfinite(v).all() and np.abs(v).max() <= fastest
         )
         return replace(robot, velocity=next(told, None))
+
+    def _reached(self, mean: Vector, elapsed: float) -> Vector:
+        """Return (d,) m/s, the velocity now of a base that moved with `mean` since the last call, `elapsed` s ago.
+
+        Where it speeds up or brakes, the mean lags behind by half of what has changed since the mean before.
+        """
+        before, self._mean = self._mean, mean
+        limit = self.robot.planning_acceleration
+        if before is None or limit is None or before.shape != mean.shape:
+            return mean
+        change = 0.5 * (mean - before)
+        size, most = math.hypot(*change.tolist()), 0.5 * limit * elapsed
+        return mean + change * min(most / size, 1.0) if size > 0.0 else mean
 
     def _planned(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Plan:
         """Predict, plan, certify."""

@@ -23,7 +23,7 @@ class Filtered:
 
     Attributes:
         velocity: (d,) m/s, to be applied until the next call; command: what the base takes.
-        interfered: whether it differs from what was wanted.
+        interfered: whether it differs from what was wanted, as far as the base can do that at all.
         reason: one line that says why, or that it was let through.
         plan: the motion that begins with it, and its certificate.
     """
@@ -63,7 +63,7 @@ class SafetyFilter:
         if wanted.size != self.planner.goal.size:
             wanted = np.zeros_like(self.planner.goal)
         plan = self.planner.step(time=time, robot=robot, people=people, wish=wanted)
-        change = float(np.linalg.norm(plan.velocity - wanted))
+        change = float(np.linalg.norm(plan.velocity - self.planner.robot.limited(wanted)))
         interfered = change > _SAME
         told = f"changed by {change:.2f} m/s" if interfered else "let through"
         return Filtered(

@@ -32,6 +32,7 @@ STAYS = 0.1
 _AT_GOAL = 0.01  # m, within which there is no way left to give up
 _STANDS = 0.25  # m/s, below which somebody stands
 _BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
+_PATIENCE = 4.0  # s of waiting, after which what stands about is taken to go on standing
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
 
 
@@ -48,6 +49,7 @@ class Situation:
         settings: of the planner; around: what holds for everybody; everybody: who counts.
         field: walking distance to the goal around walls and people who stand, or None.
         remark: what is to be said of it, beginning with "; ", or "".
+        waited: for how many s the robot has come no nearer to the goal.
         crew: who predicts; outlook: how far searches look at first.
         stop_by: s on the wall clock (`perf_counter`) after which no kernel is started; inf without a deadline.
         wish: (d,) m/s, a velocity that another controller asks for, or None.
@@ -66,6 +68,7 @@ class Situation:
     crew: Crew
     outlook: Outlook
     remark: str = ""
+    waited: float = 0.0
     stop_by: float = math.inf
     wish: Vector | None = None
     velocity: Vector | None = None
@@ -79,13 +82,28 @@ class Situation:
         """
         if isinstance(self.robot, Holonomic) and self.inertia is None:
             return False
-        near = False
-        for subject in self.everybody:
-            beyond, stands = math.dist(subject.mind.position, self.start) - subject.clearance, _stands(subject.mind)
-            if beyond < _COMING and not stands:
-                return False
-            near |= stands and beyond < _BESIDE
-        return near
+        return any(self._beyond(s) < _BESIDE for s in self.everybody) and not self._anybody_comes
+
+    @property
+    def _anybody_comes(self) -> bool:
+        """Whether somebody who walks is near."""
+        return any(self._beyond(s) < _COMING and not _stands(s.mind) for s in self.everybody)
+
+    def _beyond(self, subject: Subject) -> float:
+        """Metres between somebody and the robot beyond what is to be kept."""
+        return math.dist(subject.mind.position, self.start) - subject.clearance
+
+    @property
+    def stop_limit(self) -> float:
+        """Largest risk on the way to a stop: that until the next call; after much waiting among who stands, of a plan.
+
+        A plan that waits for one step and goes then is held to the larger limit: it could be made again at every call.
+        """
+        settings = self.settings
+        if settings.first_step_limit is None:
+            return settings.risk_limit
+        patient = self.waited < _PATIENCE or self._anybody_comes
+        return settings.first_step_limit if patient else max(settings.first_step_limit, settings.risk_limit)
 
     @property
     def body(self) -> Body | None:
@@ -187,7 +205,7 @@ class Situation:
             distance_to_goal=self.field,
             body=self.body,
             inertia=self.inertia,
-            stop_limit=settings.risk_limit if settings.first_step_limit is None else settings.first_step_limit,
+            stop_limit=self.stop_limit,
             resolution=settings.search_resolution,
             overshoot_weight=0.0 if self.wish is not None else self._farther,
             preferred=preferred,

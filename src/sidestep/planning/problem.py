@@ -265,6 +265,11 @@ class PlanningProblem:
         return costs
 
     @lazy
+    def _staying(self) -> float:
+        """The largest risk of staying where the robot is."""
+        return float(self.risk_along(np.repeat(self.start[None], self.horizon + 1, axis=0)).max())
+
+    @lazy
     def _brakes_in_time(self) -> bool:
         """Whether the hardest stop leads to no wall."""
         assert self.inertia is not None
@@ -279,8 +284,7 @@ class PlanningProblem:
             seen = self.people.at_instants(half + 1, self.start + stops.shifts[which, half])
             limit = 0.5 if self.rule == "cells" else self.stop_limit
             if self.beset:
-                staying = self.people.at_instants(half + 1, np.broadcast_to(self.start, (len(half), self.dimension)))
-                limit = np.maximum(limit, staying)
+                limit = max(limit, self._staying)
             np.add.at(excess, which, np.maximum(seen - limit * (1.0 + 1e-6) - 1e-9, 0.0))
         if self.obstacles is None:
             return excess, np.zeros(len(velocities), dtype=np.bool_)
