@@ -252,15 +252,12 @@ def test_discs_and_walls_close_a_way_together():
 
 
 def test_a_new_map_every_second_is_no_progress():
-    trip = trip_of(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
-    for call in range(150):
+    trip = trip_of(BASES["any velocity"], [(4.05, 0.1), (4.05, 4.8)], obstacles=ROOMS, horizon=5)
+    for call in range(60):
         if call % 5 == 0:
             trip.planner.obstacles = Obstacles(polygons=ROOMS.polygons)
         trip.step()
-        if trip.arrived:
-            break
-    assert trip.arrived
-    assert np.max(trip.path, axis=0)[1] > 4.0
+    assert "people stand in every way to the goal" in trip.plan.reason
 
 
 @pytest.mark.parametrize("width", [1.55, 1.6])
