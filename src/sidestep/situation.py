@@ -107,7 +107,12 @@ class Situation:
 
     @property
     def body(self) -> Body | None:
-        """What the base could run into before it stands: people who stand near, and walls within the disc around it."""
+        """What the base could run into before it stands: people who stand near, and walls within the disc around it.
+
+        None where there is no such thing, or where first actions are not limited, as in the paper.
+        """
+        if self.settings.first_step_limit is None:
+            return None
         robot, here, interval = self.robot, self.state.position, self.around.interval
         wheels = robot.offset if isinstance(robot, DifferentialDrive) else 0.0
         fastest = max(robot.max_speed, self.around.robot_speed)
@@ -128,7 +133,7 @@ class Situation:
             robot=robot,
             state=self.state,
             interval=interval,
-            people=np.array([place for place, _ in near]),
+            people=np.array([place for place, _ in near]).reshape(-1, here.size),
             contacts=np.array([contact for _, contact in near]),
             walls=walls,
         )

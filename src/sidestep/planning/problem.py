@@ -298,7 +298,7 @@ class PlanningProblem:
 
     @property
     def lattice_margin(self) -> float:
-        """M that the cells of a lattice keep from walls, so that the ways between them keep the margin.
+        """How many m the cells of a lattice keep from walls, so that the ways between them keep the margin.
 
         A corner may poke in between two samples half a step apart.
         """
