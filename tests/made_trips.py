@@ -4,10 +4,35 @@ from __future__ import annotations
 
 import numpy as np
 
-from sidestep import PersonObservation, RobotState
+from sidestep import DifferentialDrive, Holonomic, Obstacles, PersonObservation, RobotState
 
 SLICE = 0.05
 """s between the places of a trip."""
+
+ROOMS = Obstacles(
+    polygons=[
+        [(4.0, -6.0), (4.1, -6.0), (4.1, -0.7), (4.0, -0.7)],
+        [(4.0, 0.7), (4.1, 0.7), (4.1, 4.0), (4.0, 4.0)],
+        [(4.0, 5.6), (4.1, 5.6), (4.1, 6.0), (4.0, 6.0)],
+        [(-2.0, 6.0), (10.0, 6.0), (10.0, 6.1), (-2.0, 6.1)],
+        [(-2.0, -6.1), (10.0, -6.1), (10.0, -6.0), (-2.0, -6.0)],
+        [(-2.1, -6.1), (-2.0, -6.1), (-2.0, 6.1), (-2.1, 6.1)],
+        [(10.0, -6.1), (10.1, -6.1), (10.1, 6.1), (10.0, 6.1)],
+    ]
+)
+"""Two rooms, a door of 1.4 m in the middle and one of 1.6 m at the side."""
+
+
+def bases(*, radius, turning):
+    """Every kind of base at 1 m/s, with `radius` m; limits are 1 m/s² and `turning` rad/s²."""
+    return {
+        "any velocity": Holonomic(max_speed=1.0, radius=radius),
+        "limited acceleration": Holonomic(max_speed=1.0, radius=radius, max_acceleration=1.0),
+        "two wheels": DifferentialDrive(max_speed=1.0, radius=radius),
+        "two wheels, limited acceleration": DifferentialDrive(
+            max_speed=1.0, radius=radius, max_acceleration=1.0, max_turn_acceleration=turning
+        ),
+    }
 
 
 class Trip:
@@ -17,10 +42,11 @@ class Trip:
         planner: what drives; people: (K, d) m, where people stand, and state: the base; both may be set between steps.
         time: s; path: (d,) m, where the base was every `SLICE` s; plans: all of them.
         nearest: m from the base to a person, the least so far.
+        within: m from the goal, where it has arrived.
     """
 
-    def __init__(self, planner, start=(0.0, 0.0), *, heading=0.0, people=(), period=0.2):
-        self.planner, self.period = planner, period
+    def __init__(self, planner, start=(0.0, 0.0), *, heading=0.0, people=(), period=0.2, within=0.35):
+        self.planner, self.period, self.within = planner, period, within
         self.people = np.array(people, dtype=float).reshape(-1, len(start))
         self.state = RobotState(position=np.array(start), heading=heading, velocity=np.zeros(len(start)))
         self.time, self.nearest, self.plans, self.path = 0.0, np.inf, [], [self.state.position]
@@ -35,7 +61,7 @@ class Trip:
 
     @property
     def arrived(self):
-        return np.linalg.norm(self.robot.reference(self.state) - self.planner.goal) < 0.35
+        return np.linalg.norm(self.robot.reference(self.state) - self.planner.goal) < self.within
 
     def to_walls(self):
         """m from the base to a wall, the least so far."""

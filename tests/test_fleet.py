@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sidestep
-from made_trips import Trip
+from made_trips import ROOMS, Trip
 from sidestep.errors import InvalidInput
 from sidestep.fleet import LEAST_MARGIN, Announced, FleetPlanner
 from sidestep.io.records import read_record, write_record
@@ -155,14 +155,7 @@ def test_what_is_no_announcement_is_refused_in_one_line():
 
 def test_a_robot_that_stands_in_the_door_is_waited_for_and_then_gone_around():
     robot = sidestep.Holonomic(max_speed=1.0, radius=0.3)
-    rooms = [
-        [(4.0, -6.0), (4.1, -6.0), (4.1, -0.7), (4.0, -0.7)],
-        [(4.0, 0.7), (4.1, 0.7), (4.1, 4.0), (4.0, 4.0)],
-        [(4.0, 5.6), (4.1, 5.6), (4.1, 6.0), (4.0, 6.0)],
-        [(-2.0, 6.0), (10.0, 6.0), (10.0, 6.1), (-2.0, 6.1)],
-        [(-2.0, -6.1), (10.0, -6.1), (10.0, -6.0), (-2.0, -6.0)],
-    ]
-    planner = FleetPlanner(robot=robot, goal=(8.0, 0.0), obstacles=sidestep.Obstacles(polygons=rooms), horizon=5)
+    planner = FleetPlanner(robot=robot, goal=(8.0, 0.0), obstacles=ROOMS, horizon=5)
     parked = Announced(path=np.tile([4.05, 0.1], (6, 1)), radius=0.3, settled=True)
     planner.announce([parked])
     trip = Trip(planner).run(5.0)

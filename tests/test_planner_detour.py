@@ -8,20 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sidestep
-from made_trips import Trip
-from sidestep import DifferentialDrive, Holonomic, Obstacles, PersonObservation, Planner, RobotState
+from made_trips import ROOMS, Trip, bases
+from sidestep import Holonomic, Obstacles, PersonObservation, Planner, RobotState
 from sidestep._kernels import ways as kernels
 from sidestep.planning.geodesic import open_ways, ways_to_goal
 
 GOAL = (8.0, 0.0)
-BASES = {
-    "any velocity": Holonomic(max_speed=1.0, radius=0.3),
-    "limited acceleration": Holonomic(max_speed=1.0, radius=0.3, max_acceleration=1.0),
-    "two wheels": DifferentialDrive(max_speed=1.0, radius=0.3),
-    "two wheels, limited acceleration": DifferentialDrive(
-        max_speed=1.0, radius=0.3, max_acceleration=1.0, max_turn_acceleration=4.0
-    ),
-}
+BASES = bases(radius=0.3, turning=4.0)
 
 
 def a_row(count, x=4.0, apart=0.9):
@@ -48,26 +41,12 @@ def test_without_detours_the_robot_waits_for_as_long_as_they_stand():
     assert not any("around" in plan.reason for plan in trip.plans)
 
 
-ROOMS = Obstacles(
-    polygons=[
-        [(4.0, -6.0), (4.1, -6.0), (4.1, -0.7), (4.0, -0.7)],
-        [(4.0, 0.7), (4.1, 0.7), (4.1, 4.0), (4.0, 4.0)],
-        [(4.0, 5.6), (4.1, 5.6), (4.1, 6.0), (4.0, 6.0)],
-        [(-2.0, 6.0), (10.0, 6.0), (10.0, 6.1), (-2.0, 6.1)],
-        [(-2.0, -6.1), (10.0, -6.1), (10.0, -6.0), (-2.0, -6.0)],
-        [(-2.1, -6.1), (-2.0, -6.1), (-2.0, 6.1), (-2.1, 6.1)],
-        [(10.0, -6.1), (10.1, -6.1), (10.1, 6.1), (10.0, 6.1)],
-    ]
-)
-"""Two rooms, a door of 1.4 m in the middle and one of 1.6 m at the side."""
-
-
 def test_somebody_in_the_door_is_waited_for_and_then_the_other_door_is_taken():
     trip = trip_of(BASES["any velocity"], [(4.05, 0.1)], obstacles=ROOMS, horizon=5)
     for _ in range(20):
         trip.step()
     assert np.abs(trip.state.position[1]) < 0.8  # 4 s: before the door
-    assert "waiting for people standing" in trip.plans[-1].reason
+    assert "waiting for people who stand" in trip.plans[-1].reason
     trip.run(40.0)
     assert trip.arrived
     assert np.max(trip.path, axis=0)[1] > 4.0

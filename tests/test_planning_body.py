@@ -7,18 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from made_trips import SLICE, Trip
-from sidestep import DifferentialDrive, Holonomic, Obstacles, PersonObservation, Planner, RobotState, SafetyFilter
+from made_trips import SLICE, Trip, bases
+from sidestep import DifferentialDrive, Obstacles, PersonObservation, Planner, RobotState, SafetyFilter
 from sidestep.planning.body import Body
 
-BASES = {
-    "any velocity": Holonomic(max_speed=1.0, radius=0.25),
-    "limited acceleration": Holonomic(max_speed=1.0, radius=0.25, max_acceleration=1.0),
-    "two wheels": DifferentialDrive(max_speed=1.0, radius=0.25),
-    "two wheels, limited acceleration": DifferentialDrive(
-        max_speed=1.0, radius=0.25, max_acceleration=1.0, max_turn_acceleration=2.0
-    ),
-}
+BASES = bases(radius=0.25, turning=2.0)
 
 
 def of(robot, rng, *, people=(), walls=None):

@@ -222,11 +222,11 @@ def test_a_base_of_little_acceleration_gets_going_and_arrives(name, period):
     robot = SLUGGISH[name]
     heading = 2.0 if isinstance(robot, DifferentialDrive) else None
     planner = sidestep.Planner(robot=robot, goal=(6.0, 3.0), horizon=8, time_step=0.5)
-    trip = Trip(planner, heading=heading, period=period).run(40.0)
+    trip = Trip(planner, heading=heading, period=period, within=0.3).run(40.0)
     assert trip.arrived
     top, a = robot.planning_speed, robot.planning_acceleration
     least = math.hypot(6.0, 3.0) / top + top / a  # s, speeding up and braking; the axes of a box may be faster
-    assert trip.time < 1.6 * least + 2.0
+    assert trip.time + period < 1.6 * least + 2.0
 
 
 @pytest.mark.parametrize("name", SLUGGISH)
@@ -235,7 +235,7 @@ def test_it_gets_away_from_a_wall_that_it_stands_beside_and_around_a_corner(name
     heading = 1.0 if isinstance(robot, DifferentialDrive) else None
     walls = Obstacles(polygons=[[(-2.0, -1.0), (2.0, -1.0), (2.0, 0.0), (-2.0, 0.0)]])
     planner = sidestep.Planner(robot=robot, goal=(0.0, -2.5), obstacles=walls, horizon=8, time_step=0.5)
-    trip = Trip(planner, (0.0, robot.radius + 0.02), heading=heading).run(80.0)
+    trip = Trip(planner, (0.0, robot.radius + 0.02), heading=heading, within=0.3).run(80.0)
     assert trip.arrived
     assert trip.to_walls() > robot.radius - 0.01
 

@@ -158,9 +158,10 @@ class Detours:
         direct = way_to(site.goal, here, site.field)
         if site is not self._site:
             before, self._site = self._site, site
-            same = before is not None and np.array_equal(before.goal, site.goal)
-            behind = way_to(before.goal, here, before.field) - self._least if before is not None and same else -math.inf
-            self._least = direct - behind  # a new map is no progress, a new goal is a new way
+            if before is not None and np.array_equal(before.goal, site.goal):
+                self._least += direct - way_to(before.goal, here, before.field)  # a new map is no progress
+            else:
+                self._least = math.inf
             self._ways = self._laid = self._laying = None
         if direct < self._least - PROGRESS:
             self._least, self._progress = direct, time
@@ -175,9 +176,9 @@ class Detours:
         longer = way_to(site.goal, here, laid) - direct
         stood = time - max(stand.since for stand in standing.values())
         if longer > self._robot.planning_speed * max(after + waited, stood):
-            waiting = f"; waiting for {who} standing in the way: around them it is {longer:.1f} m more"
+            waiting = f"; waiting for {who} who stand in the way: around them it is {longer:.1f} m more"
             return Course(site.field, waiting, waited)
-        return Course(laid, f"; going around {who} standing in the way" if longer > PROGRESS else "", waited)
+        return Course(laid, f"; going around {who} who stand in the way" if longer > PROGRESS else "", waited)
 
     def _noted(self, discs: Mapping[str, Disc], here: Vector, time: float) -> Mapping[str, Stand]:
         """Everybody, and since when they are where they are; who is out of view is taken to stay for a while."""

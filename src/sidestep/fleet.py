@@ -142,7 +142,7 @@ class FleetPlanner(Planner):
         return AmongRobots(**{f.name: getattr(now, f.name) for f in fields(now)}, others=self._others)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class AmongRobots(Situation):
     """A situation with other robots in it.
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from sidestep.crew import Crew
 from sidestep.forecast import Forecast, foresee
+from sidestep.lazily import lazy
 from sidestep.mind import Mind
 from sidestep.obstacles import Obstacles
 from sidestep.planning.anticipate import carried_forward, extended, straight
@@ -40,7 +41,7 @@ class OutOfTime(Exception):  # noqa: N818 (says what happened; never leaves the 
     """The deadline is near; what is not done yet stays undone."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Situation:
     """What one call of the planner starts from.
 
@@ -73,7 +74,7 @@ class Situation:
     wish: Vector | None = None
     velocity: Vector | None = None
 
-    @property
+    @lazy
     def beset(self) -> bool:
         """Whether somebody has stood so near for a while that the robot had better leave, and nobody is coming.
 
@@ -84,7 +85,7 @@ class Situation:
             return False
         return any(self._beyond(s) < _BESIDE for s in self.everybody) and not self._anybody_comes
 
-    @property
+    @lazy
     def _anybody_comes(self) -> bool:
         """Whether somebody who walks is near."""
         return any(self._beyond(s) < _COMING and not _stands(s.mind) for s in self.everybody)
@@ -105,7 +106,7 @@ class Situation:
         patient = self.waited < _PATIENCE or self._anybody_comes
         return settings.first_step_limit if patient else max(settings.first_step_limit, settings.risk_limit)
 
-    @property
+    @lazy
     def body(self) -> Body | None:
         """What the base could run into before it stands: people who stand near, and walls within the disc around it.
 
@@ -250,7 +251,7 @@ class Situation:
         strides = np.arange(self.around.horizon + 1)[:, None]
         return [self.start + np.minimum(strides, 1) * stride, self.start + strides * stride]
 
-    @property
+    @lazy
     def inertia(self) -> Inertia | None:
         """What a base of limited acceleration can do now; None where it can do anything, or its velocity is unknown."""
         acceleration, velocity = self.robot.planning_acceleration, self.robot.reference_velocity(self.state)
