@@ -13,13 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sidestep.obstacles import Obstacles
-from sidestep.robots import DifferentialDrive, Robot, RobotState
+from sidestep.robots import Robot, RobotState
+from sidestep.robots.until_standing import until_standing
 from sidestep.types import BoolArray, FloatArray
 
-SLICE = 0.05
-"""s between the places that are looked at."""
 _EXACT = 1e-3  # m
-_ITERATIONS = 4  # of Newton's method
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,102 +56,5 @@ class Body:
         return out
 
     def places(self, asked: FloatArray) -> FloatArray:
-        """Return (M, T, d) m, where the middle of the body is every `SLICE` s from now until the base stands."""
-        if isinstance(self.robot, DifferentialDrive):
-            return self._driven(self.robot, asked)
-        return self._slid(self.robot.max_acceleration, asked)
-
-    def _slid(self, acceleration: float | None, asked: FloatArray) -> FloatArray:
-        """Of a base that takes any direction."""
-        place = np.broadcast_to(self.state.position, asked.shape)
-        known = self.state.velocity
-        velocity = asked if known is None or acceleration is None else np.broadcast_to(known, asked.shape)
-        places = [place]
-        for driving, step in self._phases():
-            goal = asked if driving else np.zeros_like(asked)
-            change = goal - velocity
-            if acceleration is not None and known is not None:
-                size = np.sqrt(np.square(change).sum(axis=1, keepdims=True))
-                change = change * np.minimum(acceleration * step / np.maximum(size, 1e-12), 1.0)
-                place = place + (velocity + 0.5 * change) * step
-            else:
-                place = place + goal * step
-            velocity = velocity + change
-            places.append(place)
-            if not (driving or velocity.any()):
-                break
-        return np.stack(places, axis=1)
-
-    def _driven(self, robot: DifferentialDrive, asked: FloatArray) -> FloatArray:
-        """Of a base with two wheels, whose own loop makes the reference follow (`DifferentialDrive.follow`)."""
-        count, offset = len(asked), robot.offset
-        assert self.state.heading is not None
-        heading = np.full(count, self.state.heading)
-        place = np.broadcast_to(self.state.position, (count, 2))
-        target = place + offset * _directions(heading)
-        known = self.state.velocity
-        along, turn = np.zeros(count), np.zeros(count)
-        if known is not None:
-            along, turn = _twist(np.broadcast_to(known, (count, 2)), heading, offset)
-        limits = robot.max_acceleration if known is not None else None, robot.max_turn_acceleration
-        places = [place]
-        for driving, step in self._phases():
-            wanted = np.zeros(count), np.zeros(count)
-            if driving:
-                target = target + asked * step
-                wanted = _arcs(target - place - offset * _directions(heading), heading, offset, step)
-                excess = np.maximum(np.abs(wanted[0]) / robot.max_speed, np.abs(wanted[1]) / robot.max_turn_rate)
-                wanted = wanted[0] / np.maximum(excess, 1.0), wanted[1] / np.maximum(excess, 1.0)
-            changes = wanted[0] - along, wanted[1] - turn
-            excess = np.ones(count)
-            for change, limit in zip(changes, limits, strict=True):
-                if limit is not None and known is not None:
-                    excess = np.maximum(excess, np.abs(change) / (limit * step))
-            along, turn = along + changes[0] / excess, turn + changes[1] / excess
-            place = place + (along * step)[:, None] * _directions(heading + 0.5 * turn * step)
-            heading = heading + turn * step
-            places.append(place)
-            if not (driving or along.any() or turn.any()):
-                break
-        return np.stack(places, axis=1)
-
-    def _phases(self) -> list[tuple[bool, float]]:
-        """Whether the base still does what it was asked for, and how many s that slice lasts: then it brakes."""
-        driving = max(1, math.ceil(self.interval / SLICE - 1e-9))
-        limit = self.robot.planning_acceleration
-        braking = 1 if limit is None else math.ceil(1.5 * self.robot.planning_speed / (limit * SLICE))
-        return [(True, self.interval / driving)] * driving + [(False, SLICE)] * braking
-
-
-def _twist(velocities: FloatArray, heading: FloatArray, offset: float) -> tuple[FloatArray, FloatArray]:
-    """(M,) m/s and (M,) rad/s, v and ω, that give the reference velocities (M, 2) m/s (Eq. 10)."""
-    cosine, sine = np.cos(heading), np.sin(heading)
-    x, y = velocities[:, 0], velocities[:, 1]
-    return x * cosine + y * sine, (y * cosine - x * sine) / offset
-
-
-def _arcs(aims: FloatArray, heading: FloatArray, offset: float, step: float) -> tuple[FloatArray, FloatArray]:
-    """(M,) m/s and (M,) rad/s that, held for `step` s, move the reference by `aims` (M, 2) m; see `robots._arc`."""
-    v, turn = guess = _twist(aims / step, heading, offset)
-    along, across = v * step, turn * step * offset
-    x = y = np.zeros(len(aims))
-    with np.errstate(all="ignore"):  # what does not settle is not used
-        for _ in range(_ITERATIONS):
-            a = turn * step
-            bent = np.where(np.abs(a) < 1e-4, 1e-4, a)
-            sine, cosine = np.sin(bent), np.cos(bent)
-            s, c = sine / bent, (1.0 - cosine) / bent
-            ds, dc = (cosine - s) / bent, (sine - c) / bent
-            x = v * step * s + offset * (cosine - 1.0) - along
-            y = v * step * c + offset * sine - across
-            j11, j12 = step * s, (v * step * ds - offset * sine) * step
-            j21, j22 = step * c, (v * step * dc + offset * cosine) * step
-            determinant = j11 * j22 - j12 * j21
-            v, turn = v - (j22 * x - j12 * y) / determinant, turn - (j11 * y - j21 * x) / determinant
-    settled = (np.abs(x) + np.abs(y) < _EXACT) & (np.abs(turn * step) < math.pi)
-    return np.where(settled, v, guess[0]), np.where(settled, turn, guess[1])
-
-
-def _directions(heading: FloatArray) -> FloatArray:
-    """(M, 2)."""
-    return np.stack([np.cos(heading), np.sin(heading)], axis=1)
+        """Return (M, T, d) m, where the middle of the body is from now until the base stands; see `until_standing`."""
+        return until_standing(self.robot, self.state, asked, self.interval)
