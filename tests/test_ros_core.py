@@ -12,12 +12,13 @@ import pytest
 from ros_stand_ins import Eyes, StraightPlanner, Wheels
 from sidestep import PersonObservation, RobotState
 from sidestep.errors import InvalidInput
-from sidestep.ros.assembly import PlannerSource
+from sidestep.perception.scan import Beams
+from sidestep.ros.assembly import PlannerSource, brain
 from sidestep.ros.core import Core
-from sidestep.ros.frames import Frames
+from sidestep.ros.frames import Frames, no_lookup
 from sidestep.ros.geometry import Pose2
 from sidestep.ros.inputs import Inputs
-from sidestep.ros.messages import Map, Odometry, People, Target
+from sidestep.ros.messages import LaserScan, Map, Odometry, People, Target
 from sidestep.ros.settings import NodeSettings
 from sidestep.ros.status import STANDSTILL, Motion
 
@@ -228,6 +229,31 @@ def test_a_frozen_clock_stops_it():
     assert robot.core.motion(10.0, 10.4) != STANDSTILL
     assert robot.core.motion(10.0, 10.6) == STANDSTILL
     assert "clock" in robot.reason(10.0)
+
+
+def test_one_stamp_far_ahead_stops_it_and_what_comes_after_it_is_looked_at():
+    _, inputs = brain(NodeSettings.parse({"node": {"people_from": "poses", "timeout": 0.5}}), no_lookup)
+
+    def look(now: float, stamp: float, place: float) -> None:
+        inputs.take_odometry(Odometry(time=0.0, frame="odom", pose=Pose2(), velocity=np.zeros(2), turn_rate=0.0), now)
+        inputs.take_people(People(time=stamp, frame="", ids=None, positions=np.array([[place, 0.0]])), now)
+
+    look(10.0, 60.0, 3.0)
+    assert "ahead of now" in inputs.complaint(10.0, 10.0)
+    for k in range(1, 21):
+        look(10.0 + 0.1 * k, 10.0 + 0.1 * k, 3.0 - 0.1 * k)
+    assert not inputs.complaint(12.0, 12.0)
+    (person,) = inputs.seen(12.0)
+    assert person.position == pytest.approx([1.0, 0.0], abs=0.2)
+
+
+def test_a_scan_stamped_far_ahead_is_not_looked_at():
+    robot = Robot()
+    robot.odometry(10.0)
+    beams = Beams(count=4, angle_min=0.0, angle_increment=0.1, range_min=0.1, range_max=10.0)
+    for stamp in (60.0, 10.1, 0.0):
+        robot.inputs.take_scan(LaserScan(time=stamp, frame="", beams=beams, ranges=np.ones(4)), 10.0)
+    assert [time for _, _, time in robot.eyes.shown] == [10.1, 10.0]
 
 
 def test_a_goal_in_another_frame_waits_for_that_frame():

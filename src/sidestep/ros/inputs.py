@@ -121,7 +121,7 @@ class Inputs:
         with self._lock:
             time = now if scan is None or scan.time <= 0 else scan.time
             pose = None if scan is None else self._frames.scanner(scan.frame, time)
-        if scan is not None and pose is not None:
+        if scan is not None and pose is not None and not self._to_come(time, now):
             with self._looking:
                 self._sensing.scan(scan, pose, time)
         self._seen(scan is not None and pose is not None, now, 0.0 if scan is None else scan.time)
@@ -131,7 +131,7 @@ class Inputs:
         with self._lock:
             time = now if people is None or people.time <= 0 else people.time
             pose = None if people is None else self._frames.locate(people.frame, time)
-        if people is not None and pose is not None:
+        if people is not None and pose is not None and not self._to_come(time, now):
             with self._looking:
                 self._sensing.people(people, pose, time)
         self._seen(people is not None and pose is not None, now, 0.0 if people is None else people.time)
@@ -213,6 +213,13 @@ class Inputs:
             names = self._watchdog.required
             rates = {name: self._watchdog.rate(name, now) for name in names}
             return rates, {name: self._watchdog.age(name, now) for name in names}, dict(self._refused)
+
+    def _to_come(self, time: float, now: float) -> bool:
+        """Whether a stamp (s) lies so far ahead that the watchdog stops the robot for it.
+
+        Looked at, what comes stamped rightly afterwards would be taken for late until then.
+        """
+        return time - now > self._node.timeout
 
     def _place(self) -> None:
         """Move a waiting goal or map into the planning frame as soon as its own frame is known."""
