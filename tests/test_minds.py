@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -84,6 +85,22 @@ def test_a_late_observation_leaves_the_belief_or_relaxes_it() -> None:
 def test_someone_not_seen_is_carried_forward() -> None:
     mind = minds.meet(sees((1.0, 2.0), velocity=(0.5, -0.5)), PAPER, 3.0)
     np.testing.assert_allclose(minds.miss(mind, 5.0).position, (2.0, 1.0))
+
+
+@pytest.mark.parametrize(("where", "when"), [((-3.0, 2.0), 0.2), ((0.3, 0.0), 4.0)])
+def test_somebody_else_under_a_known_name_is_met_as_they_are_seen(where: tuple[float, float], when: float) -> None:
+    """Where a tracker swaps ids, who walks was taken to stand: their velocity was not looked at."""
+    model = HumanModel()
+    met = partial(minds.met, model=model, dimension=2, time_step=STEP, memory=10.0)
+    first = PersonObservation(id="a", position=(0.0, 0.0), velocity=(1.2, 0.0))
+    known = met({}, [first], 0.0)
+    trusted = {"a": replace(known["a"], belief=bayes.with_concern(known["a"].belief, 0.99))}
+    other = PersonObservation(id="a", position=where, velocity=(0.0, -1.3))
+    (now,) = met(trusted, [other], when).values()
+    np.testing.assert_allclose(now.velocity, (0.0, -1.3))
+    np.testing.assert_allclose(now.position, where)
+    assert now.belief.concerned == pytest.approx(model.prior_concerned)
+    assert now.facing is None
 
 
 def test_goals_are_given_listed_or_directions() -> None:

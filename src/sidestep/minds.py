@@ -36,7 +36,8 @@ def met(
 ) -> dict[str, Mind]:
     """Return everybody who counts at `time` s: those seen, and those seen at most `memory` s ago.
 
-    People who share an id are told apart by primes: "a", "a'". A position that is not finite counts as not seen.
+    People who share an id are told apart by primes: "a", "a'". A position that is not finite counts as not seen. Whose
+    id is now somebody else's, who is where nobody could have walked to, is met anew.
 
     Raises:
         Unplaceable: a position, velocity or goal has the wrong dimension, or a position was never one within `memory`.
@@ -54,7 +55,7 @@ def met(
             if before is None or time - before.seen > memory:
                 raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")
             present[name] = miss(before, time)
-        elif before is None or not _same_but_goals(before.model, seen.model or model):
+        elif before is None or not _same_but_goals(before.model, seen.model or model) or _anew(before, seen, time):
             present[name] = replace(meet(seen, seen.model or model, time), id=name)
         elif time > before.seen:
             given = seen.model or model
@@ -72,6 +73,12 @@ def met(
 def _same_but_goals(one: HumanModel, other: HumanModel) -> bool:
     """Whether two models differ at most in their candidate goals: what is believed of awareness is worth keeping."""
     return one is other or one == other or replace(one, goals=()) == replace(other, goals=())
+
+
+def _anew(mind: Mind, seen: PersonObservation, time: float) -> bool:
+    """Whether somebody else bears this name now, or so much time has passed that nothing known counts any more."""
+    covariance = _covariance(seen, mind.model)
+    return mind.habits is not None and learning.begins_anew(mind.habits, time, seen.position, covariance)
 
 
 def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind:

@@ -226,7 +226,7 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
     if z.size != d or not (math.isfinite(dt) and finite(z)) or -s.time_out <= dt <= 1e-6:
         return state
     r = _usable(covariance, d, s.measurement_noise)
-    if dt > s.time_out or dt < 0 or kernel.is_another(state.mean, state.covariance, z, r, s.top_speed * dt):
+    if begins_anew(state, time, z, r):
         return meet(time, z, r, settings=s) or state
     mean, cov, noise = state.mean.copy(), state.covariance.copy(), state.noise.copy()
     history, tables = state.history.copy(), state.tables
@@ -236,6 +236,14 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
         counts, weights,
     )  # fmt: skip
     return _frozen(s, tables, float(time), mean, cov, noise, history, weights, counts, velocities)
+
+
+def begins_anew(state: Habits, time: float, position: VectorLike, covariance: FloatArray | None = None) -> bool:
+    """Return whether a finite observation tells nothing of who was known, as `update` says; arguments as there."""
+    s, dt, z = state.settings, time - state.time, np.asarray(position, dtype=np.float64)
+    r = _usable(covariance, z.size, s.measurement_noise)
+    far = kernel.is_another(state.mean, state.covariance, z, r, s.top_speed * dt)
+    return abs(dt) > s.time_out or (dt > 1e-6 and far)
 
 
 def _standing(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray) -> bool:
