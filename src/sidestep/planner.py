@@ -26,18 +26,19 @@ from sidestep.human.reaction import Way
 from sidestep.ladder import Outcome, climb
 from sidestep.mind import Mind
 from sidestep.obstacles import Obstacles
+from sidestep.own_motion import OwnMotion
 from sidestep.planning.pace import Pace
 from sidestep.planning.plan import Plan, stopped_plan
 from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
+from sidestep.reasons import reason_of
 from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.site import Site, site_of
-from sidestep.situation import STAYS, OutOfTime, Situation, circumstances
+from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, plausible, sealed, settled
+from sidestep.types import Vector, VectorLike, frozen_array, plausible, sealed, settled
 
 _LEAST_STRIDE = 0.005  # m; the risk is drawn on the robot's lattice, whose cells must not be much finer than people
-_IMPLAUSIBLE = 100.0  # times what the base can do; a velocity beyond is a fault of whoever measured it
 _log = logging.getLogger(__name__)
 
 
@@ -85,9 +86,7 @@ class Planner:
         self._time = -math.inf  # s, of the last call
         self._informed = -math.inf  # s, of the last call that knew about people
         self._interval = self.settings.time_step  # s, until the next call, as far as the calls so far tell
-        self._was: tuple[float, Vector] | None = None  # s and m, the reference at the last call
-        self._mean: Vector | None = None  # m/s, its mean velocity until then, where nobody measures it
-        self._asked: tuple[float, Vector] | None = None  # s and m/s, what the last call asked for, unless a stop
+        self._own = OwnMotion(self.robot, self.settings.timeout)
         self._site = self._at(goal, obstacles, self._told)
         if self.settings.deadline is not None:
             self.warm_up()
@@ -143,7 +142,8 @@ class Planner:
 
     def reset(self) -> None:
         """Forget everybody and the last plan."""
-        self._minds, self._last, self._was, self._mean, self._asked = {}, None, None, None, None
+        self._minds, self._last = {}, None
+        self._own = OwnMotion(self.robot, self.settings.timeout)
         self._detours = Detours(self.robot, self.settings)
         self._time = self._informed = -math.inf
 
@@ -153,7 +153,7 @@ class Planner:
         The two share scratch space: one may not be asked while the other is planning.
         """
         other = object.__new__(type(self))
-        own = {name: copy(getattr(self, name)) for name in ("_minds", "_outlook", "_pace", "_detours")}
+        own = {name: copy(getattr(self, name)) for name in ("_minds", "_outlook", "_pace", "_detours", "_own")}
         other.__dict__.update(self.__dict__ | own)
         return other
 
@@ -184,7 +184,7 @@ class Planner:
             plan = self._stopped(time, robot, f"internal error: {error!r}", started)
         stopped = plan.status == "stopped"
         self._last = None if stopped else plan
-        self._asked = None if stopped else (plan.time, plan.velocity)
+        self._own.asks(plan.time, None if stopped else plan.velocity)
         return plan
 
     def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
@@ -229,7 +229,7 @@ class Planner:
         """Gather what this call starts from."""
         settings = self.settings
         wanted = frozen_array(numbers_in(wish))
-        state = self._under_way(time, robot)
+        state = self._own.completed(time, robot)
         start = self.robot.reference(robot)
         course = Course(self._site.field)
         if wanted.size == 0:
@@ -259,53 +259,12 @@ class Planner:
             outlook=self._outlook,
             stop_by=math.inf if settings.deadline is None else started + 0.8 * settings.deadline,
             wish=wanted if wanted.size == self.goal.size else None,
-            velocity=self._velocity(time, state),
+            velocity=self._own.velocity(time, state),
         )
 
     def _discs(self) -> dict[str, Disc]:
         """Whoever may stand in the way."""
         return {name: Disc(mind.position, mind.model.radius) for name, mind in self._minds.items()}
-
-    def _velocity(self, time: float, state: RobotState) -> Vector | None:
-        """(d,) m/s, that the robot moves with: as measured where acceleration is limited, else as last asked for."""
-        if self.robot.planning_acceleration is not None:
-            return self.robot.reference_velocity(state)
-        if self._asked is None or time - self._asked[0] > self.settings.timeout:
-            return None
-        return self._asked[1]
-
-    def _under_way(self, time: float, robot: RobotState) -> RobotState:
-        """Return the state with a velocity where one is needed: as measured, else the mean since the last call."""
-        before, here = self._was, self.robot.reference(robot)
-        self._was = time, here
-        if self.robot.planning_acceleration is None:
-            return robot
-        known = [robot.velocity]
-        if before is not None and 0.0 < time - before[0] <= self.settings.timeout:
-            elapsed = time - before[0]
-            known.append(self._reached((here - before[1]) / elapsed, elapsed))
-        else:
-            self._mean = None
-        fastest = _IMPLAUSIBLE * self.robot.planning_speed
-        told = (
-            v
-            for v in known
-            if v is not None and v.shape == here.shape and np.isfinite(v).all() and np.abs(v).max() <= fastest
-        )
-        return replace(robot, velocity=next(told, None))
-
-    def _reached(self, mean: Vector, elapsed: float) -> Vector:
-        """Return (d,) m/s, the velocity now of a base that moved with `mean` since the last call, `elapsed` s ago.
-
-        Where it speeds up or brakes, the mean lags behind by half of what has changed since the mean before.
-        """
-        before, self._mean = self._mean, mean
-        limit = self.robot.planning_acceleration
-        if before is None or limit is None or before.shape != mean.shape:
-            return mean
-        change = 0.5 * (mean - before)
-        size, most = math.hypot(*change.tolist()), 0.5 * limit * elapsed
-        return mean + change * min(most / size, 1.0) if size > 0.0 else mean
 
     def _planned(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Plan:
         """Predict, plan, certify."""
@@ -341,7 +300,7 @@ class Planner:
             risk=sealed(risk),
             risk_limit=settings.risk_limit,
             status=outcome.status,
-            reason=_reason(outcome, settings, risk) + (now.remark or _too_narrow(now, outcome)),
+            reason=reason_of(outcome, now, risk),
             people=MappingProxyType({s.mind.id: person_plan(s, seen, self._afterwards) for s in seen.everybody}),
             horizon_used=now.around.horizon,
             rounds=outcome.rounds,
@@ -391,28 +350,3 @@ def _settled(settings: PlannerSettings | None, changes: dict[str, Any]) -> Plann
         if name not in names:
             raise UnknownName(f"planner.{name}", name, names)
     return replace(settings or PlannerSettings(), **changes)
-
-
-def _too_narrow(now: Situation, outcome: Outcome) -> str:
-    """Say so where nobody but walls can keep the robot from going on, or ''."""
-    walls_alone = outcome.problem.beside_walls and not outcome.foreseen.near and now.wish is None
-    if walls_alone and now.gives_up(outcome.path, STAYS):
-        return "; no motion leads on: the way may be too narrow here"
-    return ""
-
-
-def _reason(outcome: Outcome, settings: PlannerSettings, risk: FloatArray) -> str:
-    """Plain words for the status."""
-    near = len(outcome.foreseen.near)
-    whom = "nobody" if near == 0 else "1 person" if near == 1 else f"{near} people"
-    worst = max(risk.tolist())
-    if outcome.status == "certified":
-        return f"every limit holds with {whom} in reach; highest risk {worst:.2g} of {settings.risk_limit:g}"
-    if not outcome.stoppable:
-        return f"with {whom} in reach no motion leaves a safe stop; taking the least risk, highest {worst:.2g}"
-    steps = (
-        outcome.foreseen.around.horizon if settings.recourse is None else round(settings.recourse / settings.time_step)
-    )
-    if settings.risk_rule == "mass" and float(risk[: max(steps, 1)].max()) <= settings.risk_limit:
-        return f"with {whom} in reach limits hold for now, not to the end; going on, highest risk {worst:.2g}"
-    return f"no plan keeps every limit with {whom} in reach; taking the least risk, highest {worst:.2g}"

@@ -1,0 +1,74 @@
+"""How the robot itself moves, as far as anybody knows: as measured, else reckoned from where it was before."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from sidestep.robots import Robot, RobotState
+from sidestep.types import Vector
+
+_IMPLAUSIBLE = 100.0  # times what the base can do; a velocity beyond is a fault of whoever measured it
+
+
+class OwnMotion:
+    """What the calls so far tell of the robot's own velocity.
+
+    Args:
+        robot: the base.
+        timeout: s, after which what was known does not count any more.
+    """
+
+    def __init__(self, robot: Robot, timeout: float) -> None:
+        self._robot = robot
+        self._timeout = timeout
+        self._was: tuple[float, Vector] | None = None  # s and m, the reference at the last call
+        self._mean: Vector | None = None  # m/s, its mean velocity until then, where nobody measures it
+        self._asked: tuple[float, Vector] | None = None  # s and m/s, what the last call asked for, unless a stop
+
+    def asks(self, time: float, velocity: Vector | None) -> None:
+        """Keep what is asked for at `time` s: (d,) m/s of the reference, or None for a stop."""
+        self._asked = None if velocity is None else (time, velocity)
+
+    def velocity(self, time: float, state: RobotState) -> Vector | None:
+        """(d,) m/s, that the robot moves with: as measured where acceleration is limited, else as last asked for."""
+        if self._robot.planning_acceleration is not None:
+            return self._robot.reference_velocity(state)
+        if self._asked is None or time - self._asked[0] > self._timeout:
+            return None
+        return self._asked[1]
+
+    def completed(self, time: float, measured: RobotState) -> RobotState:
+        """Return the state with a velocity where one is needed: as measured, else reckoned since the last call."""
+        before, here = self._was, self._robot.reference(measured)
+        self._was = time, here
+        if self._robot.planning_acceleration is None:
+            return measured
+        known = [measured.velocity]
+        if before is not None and 0.0 < time - before[0] <= self._timeout:
+            elapsed = time - before[0]
+            known.append(self._reached((here - before[1]) / elapsed, elapsed))
+        else:
+            self._mean = None
+        fastest = _IMPLAUSIBLE * self._robot.planning_speed
+        told = (
+            v
+            for v in known
+            if v is not None and v.shape == here.shape and np.isfinite(v).all() and np.abs(v).max() <= fastest
+        )
+        return replace(measured, velocity=next(told, None))
+
+    def _reached(self, mean: Vector, elapsed: float) -> Vector:
+        """Return (d,) m/s, the velocity now of a base that moved with `mean` since the last call, `elapsed` s ago.
+
+        Where it speeds up or brakes, the mean lags behind by half of what has changed since the mean before.
+        """
+        before, self._mean = self._mean, mean
+        limit = self._robot.planning_acceleration
+        if before is None or limit is None or before.shape != mean.shape:
+            return mean
+        change = 0.5 * (mean - before)
+        size, most = math.hypot(*change.tolist()), 0.5 * limit * elapsed
+        return mean + change * min(most / size, 1.0) if size > 0.0 else mean

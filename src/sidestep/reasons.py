@@ -1,0 +1,36 @@
+"""Why a motion has the status that it has, in plain words."""
+
+from __future__ import annotations
+
+from sidestep.ladder import Outcome
+from sidestep.situation import STAYS, Situation
+from sidestep.types import FloatArray
+
+
+def reason_of(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
+    """Say what was found in this situation; `risk` (N,) is the largest that the rule limits, step by step."""
+    return _of_status(outcome, now, risk) + (now.remark or _too_narrow(now, outcome))
+
+
+def _of_status(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
+    settings, near = now.settings, len(outcome.foreseen.near)
+    whom = "nobody" if near == 0 else "1 person" if near == 1 else f"{near} people"
+    worst = max(risk.tolist())
+    if outcome.status == "certified":
+        return f"every limit holds with {whom} in reach; highest risk {worst:.2g} of {settings.risk_limit:g}"
+    if not outcome.stoppable:
+        return f"with {whom} in reach no motion leaves a safe stop; taking the least risk, highest {worst:.2g}"
+    steps = (
+        outcome.foreseen.around.horizon if settings.recourse is None else round(settings.recourse / settings.time_step)
+    )
+    if settings.risk_rule == "mass" and float(risk[: max(steps, 1)].max()) <= settings.risk_limit:
+        return f"with {whom} in reach limits hold for now, not to the end; going on, highest risk {worst:.2g}"
+    return f"no plan keeps every limit with {whom} in reach; taking the least risk, highest {worst:.2g}"
+
+
+def _too_narrow(now: Situation, outcome: Outcome) -> str:
+    """Say so where nobody but walls can keep the robot from going on, or ''."""
+    walls_alone = outcome.problem.beside_walls and not outcome.foreseen.near and now.wish is None
+    if walls_alone and now.gives_up(outcome.path, STAYS):
+        return "; no motion leads on: the way may be too narrow here"
+    return ""
