@@ -75,6 +75,19 @@ def test_a_fault_of_ours_has_status_1_and_a_traceback(capsys, monkeypatch):
     assert "fault of sidestep's own" in err.splitlines()[-1]
 
 
+def test_an_interruption_is_told_in_one_line(capsys, monkeypatch):
+    import sidestep.io.scenarios
+
+    def interrupted():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sidestep.io.scenarios, "shipped_names", interrupted)
+    assert execute(["scenarios"]) == 130
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err == "sidestep: interrupted\n"
+
+
 def test_scenarios_are_listed_and_printed(capsys):
     assert execute(["scenarios"]) == 0
     assert "crossing" in capsys.readouterr().out

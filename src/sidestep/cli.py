@@ -90,7 +90,8 @@ def _call(arguments: list[str]) -> int:
 
     from sidestep.errors import InvalidInput, MissingExtra, OutputError, SidestepError
 
-    app = App(name="sidestep", version_flags=(), help_format="plaintext")
+    # What is interrupted is told by `execute`; cyclopts would end the program without a word.
+    app = App(name="sidestep", version_flags=(), help_format="plaintext", suppress_keyboard_interrupt=False)
     name = arguments[0]
     app.command(COMMANDS[name][0], name=name)
     try:
