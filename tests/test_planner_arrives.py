@@ -13,7 +13,7 @@ import os
 import numpy as np
 import pytest
 
-from made_trips import Trip
+from made_trips import Trip, bases
 from sidestep import DifferentialDrive, Holonomic, Planner
 from sidestep.obstacles import Obstacles, OccupancyGrid
 
@@ -165,3 +165,29 @@ def test_a_gap_that_is_too_narrow_is_told(monkeypatch):
     trip = before_a_gap(np.random.default_rng(0), NARROW["limited acceleration"], play=0.06).run(8.0)
     assert not trip.arrived
     assert "the way may be too narrow" in trip.plan.reason
+
+
+def two_doors(shift):
+    """Walls at x = 1 and 4 m with doors of 1.8 and 1.6 m, whose middles lie `shift` m to either side."""
+    walls = [(1.0, 0.9, shift), (4.0, 0.8, -shift)]
+    sides = [(x, *side) for x, half, y in walls for side in ((-6.0, y - half), (y + half, 6.0))]
+    return Obstacles(polygons=[[(x, low), (x + 0.2, low), (x + 0.2, high), (x, high)] for x, low, high in sides])
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", ["any velocity", "limited acceleration"])
+def test_calls_that_come_more_seldom_than_steps_lead_into_no_wall(kind, seed):
+    """A base that is asked for something new every second goes on for a second, not for a step of 0.5 s."""
+    doors = two_doors(0.8 * np.sin(seed))
+    planner = Planner(robot=bases(radius=0.3, turning=4.0)[kind], goal=(8.0, 0.0), obstacles=doors)
+    start = (-2.0, np.random.default_rng(seed).uniform(-2.0, 2.0))
+    trip = Trip(planner, start, period=1.0).run(30.0)
+    assert trip.arrived, trip
+    assert trip.to_walls() > 0.3 - SWAY, trip
+
+
+@pytest.mark.parametrize("aside", [1.11, 1.85])
+def test_calls_that_come_more_seldom_than_steps_lead_to_the_goal_and_not_past_it(aside):
+    robot = bases(radius=0.3, turning=4.0)["any velocity"]
+    trip = Trip(Planner(robot=robot, goal=(3.3, aside)), period=1.0, within=0.1).run(20.0)
+    assert trip.arrived, trip

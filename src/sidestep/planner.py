@@ -39,6 +39,7 @@ from sidestep.subjects import everybody_of
 from sidestep.types import Vector, VectorLike, frozen_array, plausible, sealed, settled
 
 _LEAST_STRIDE = 0.005  # m; the risk is drawn on the robot's lattice, whose cells must not be much finer than people
+_INSTANT = 1e-6  # s, less than which two times are the same
 _log = logging.getLogger(__name__)
 
 
@@ -204,7 +205,7 @@ class Planner:
             return f"robot position is {robot.position.tolist()}"
         if isinstance(self.robot, DifferentialDrive) and (robot.heading is None or not math.isfinite(robot.heading)):
             return f"robot heading is {robot.heading}; a differential drive needs a finite one"
-        self._interval = min(max(time - self._time, 0.02), self.settings.time_step)
+        self._interval = self._until_next(time - self._time)
         self._time = time
         if people is not None:
             self._informed = time
@@ -224,6 +225,12 @@ class Planner:
         except minds.Unplaceable as problem:
             return str(problem)
         return ""
+
+    def _until_next(self, gap: float) -> float:
+        """Return s until the next call, a `gap` (s) after the last: as long again, but for pauses beyond `timeout`."""
+        step, timeout = self.settings.time_step, self.settings.timeout
+        late = step + _INSTANT < gap <= timeout + _INSTANT
+        return gap if late else min(max(gap, 0.02), step)
 
     def _situation(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Situation:
         """Gather what this call starts from."""

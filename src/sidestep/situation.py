@@ -204,6 +204,7 @@ class Situation:
             soft_risk_weight=settings.soft_risk_weight,
             recourse_steps=self.recourse_steps,
             first_step=first_step,
+            hold=self.around.interval,
             standing_share=1.0 if beset else STANDING_SHARE,
             beset=beset,
             obstacles=self.around.obstacles,

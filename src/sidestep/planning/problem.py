@@ -56,6 +56,7 @@ class PlanningProblem:
         beset: somebody stands so near that where the robot is, is no place to stay: a base of limited acceleration may
             go where it could stop with no more risk than staying.
         first_step: limits the risk until the next call, swept exactly; None: no such limit.
+        hold: s until the next call; where that is longer than a step, the first action goes on until then.
         obstacles: walls, or None; margin: m, to be kept from them.
         distance_to_goal: walking distance around walls; replaces the straight line in the goal cost "distance" and,
             squared, in "squared" (θ5 of the first axis then counts for all).
@@ -64,7 +65,7 @@ class PlanningProblem:
             admissible risk at each half instant until such a base, braking from the next call on, would stand.
         resolution: K, largest tap of the search; None: by the budget.
         overshoot_weight: cost per m by which a base of limited acceleration, braking from the next call on, would pass
-            the goal.
+            the goal, and any base within a `hold` that is longer than a step.
         preferred: (d,) m/s, a first velocity that is preferred, or None; preference_weight: cost per m²/s² off it.
     """
 
@@ -89,6 +90,7 @@ class PlanningProblem:
     standing_share: float = STANDING_SHARE
     beset: bool = False
     first_step: FirstStep | None = None
+    hold: float = 0.0
     obstacles: Obstacles | None = None
     margin: float = 0.3
     distance_to_goal: DistanceField | None = None
@@ -140,17 +142,23 @@ class PlanningProblem:
             return np.zeros(len(velocities))
         return self.preference_weight * np.square(velocities - self.preferred).sum(axis=1)
 
+    @property
+    def may_overshoot(self) -> bool:
+        """Whether the base may be beyond the end of the first step before it can be asked for anything else."""
+        return self.inertia is not None or self.hold > self.time_step
+
     def overshoot_costs(self, velocities: FloatArray) -> FloatArray:
         """Return (M,) what it costs that the base would pass the goal after first velocities (M, d) m/s.
 
         A lattice whose cells lie farther apart than the base can change its velocity by takes it to brake in time
-        where it does not: it would swing around the goal.
+        where it does not: it would swing around the goal. So would any base that goes on for longer than a step.
         """
         way = self.goal - self.start
         length = math.sqrt(float(way @ way))
-        if self.inertia is None or self.overshoot_weight == 0.0 or length < 1e-6:
+        if not self.may_overshoot or self.overshoot_weight == 0.0 or length < 1e-6:
             return np.zeros(len(velocities))
-        beyond = self.inertia.stops(velocities, 0).ends @ (way / length) - length
+        ends = self.hold * velocities if self.inertia is None else self.inertia.stops(velocities, 0).ends
+        beyond = ends @ (way / length) - length
         return self.overshoot_weight * np.maximum(beyond, 0.0)
 
     def risk_along(self, path: Path) -> FloatArray:
@@ -176,12 +184,12 @@ class PlanningProblem:
             total = straight_motion_cost(path, self.goal, self.goal_weights, squared, *beyond)
         else:
             total = motion_cost(path, self.goal_costs(path[1:]), *beyond)
-        if self.preferred is None and self.inertia is None and not self.graded:
+        if self.preferred is None and not self.may_overshoot and not self.graded:
             return total
         first = (path[1:2] - path[:1]) / self.time_step
         if self.preferred is not None:
             total += float(self.preference_costs(first)[0])
-        if self.inertia is not None:
+        if self.may_overshoot:
             total += float(self.overshoot_costs(first)[0])
         return total + float(self.first_step_costs(first)[0]) if self.graded else total
 
@@ -209,8 +217,8 @@ class PlanningProblem:
     def first_step_costs(self, velocities: FloatArray) -> FloatArray:
         """Return (M,) what each first action costs beyond its effort; inf where it is not admissible.
 
-        Judged are the acceleration, the risk until the next call, the walls along the first step, where acceleration is
-        limited the way on which the base would come to stand, and what the body would run into.
+        Judged are the acceleration, the risk until the next call, the walls along the first step and until then, where
+        acceleration is limited the way on which the base would come to stand, and what the body would run into.
 
         Args:
             velocities: (M, d) m/s, means over the first step.
@@ -225,7 +233,7 @@ class PlanningProblem:
             forbid_changes(velocities, self.inertia.velocity, self.largest_change, out)
             out[stops] = spared
         if self.obstacles is not None:
-            ends = self.start + velocities * self.time_step
+            ends = self.start + velocities * max(self.time_step, self.hold)
             out[~self._free(np.broadcast_to(self.start, ends.shape), ends)] = np.inf
         if self.inertia is not None:
             left = np.flatnonzero(np.isfinite(out))

@@ -178,8 +178,9 @@ def _first_costs(problem: PlanningProblem, velocities: FloatArray, pace: float) 
     costs = problem.first_step_costs(begun)
     if problem.preferred is not None:
         costs += problem.preference_costs(begun)
-    if problem.inertia is not None:
+    if problem.may_overshoot:
         costs += problem.overshoot_costs(begun)
+    if problem.inertia is not None:
         most = max(problem.largest_change, pace * math.sqrt(problem.dimension))
         forbid_changes(velocities, problem.inertia.velocity, most, costs)
     return costs.astype(np.float32)

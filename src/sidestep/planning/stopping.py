@@ -19,7 +19,7 @@ class Inertia:
 
     Attributes:
         velocity: (d,) m/s now; acceleration: m/s² at most (> 0).
-        time_step: s, ΔT; interval: s until the next call, ≤ ΔT, before which nothing new can be asked.
+        time_step: s, ΔT; interval: s until the next call, before which nothing new can be asked.
         top_speed: m/s that can be asked for; shape: of every axis ("box") or of the norm ("disc").
     """
 
