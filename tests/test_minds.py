@@ -103,6 +103,24 @@ def test_somebody_else_under_a_known_name_is_met_as_they_are_seen(where: tuple[f
     assert now.facing is None
 
 
+def test_the_longer_somebody_is_not_seen_the_less_is_known_of_where_they_are() -> None:
+    """They were predicted from where they would be, as sharply as if they had been seen there."""
+    model = HumanModel()
+    mind = minds.meet(PersonObservation(id="a", position=(0.0, 0.0), velocity=(1.2, 0.0)), model, 0.0)
+    for k in range(1, 20):
+        seen = PersonObservation(id="a", position=(0.24 * k, 0.0), velocity=(1.2, 0.0))
+        mind = minds.observe(mind, seen, 0.2 * k, STEP)
+    told, foretold = mind.spread(np.array([0.9, 2.0])), mind.position_covariance
+    lost = minds.miss(mind, mind.seen + 0.9)
+    now = lost.spread(np.array([0.0, 1.1]))
+    assert told is not None
+    assert now is not None
+    np.testing.assert_allclose(now[1], told[1])
+    assert lost.position_covariance[0, 0] > foretold[0, 0] + float(told[0] @ told[1][0] ** 2) - 1e-12
+    back = minds.observe(lost, PersonObservation(id="a", position=(4.56 + 1.3, 0.0)), mind.seen + 1.0, STEP)
+    assert back.unseen == 0.0
+
+
 def test_goals_are_given_listed_or_directions() -> None:
     assert isinstance(minds.meet(sees((0.0, 0.0)), HumanModel(), 0.0).goals[0], PointGoal)
     listed = HumanModel(goals=((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)))

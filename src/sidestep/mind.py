@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from sidestep.belief import Belief
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal
 from sidestep.human.habits import Habits
 from sidestep.human.model import HumanModel
 from sidestep.human.reaction import Facing
+from sidestep.lattice import identity
 from sidestep.types import FloatArray, Vector
 
 _ARRIVED = 0.3  # m from the goal, within which there is no way to it
@@ -45,6 +48,7 @@ class Mind:
         goals: candidates, in the order of the belief's rows.
         belief: now; anchor: None until the person was predicted.
         facing: the robot's way and the person's courses, where β is learned from the clearance they gain.
+        unseen: s since they were seen.
     """
 
     id: str
@@ -59,6 +63,7 @@ class Mind:
     belief: Belief
     anchor: Anchor | None = None
     facing: Facing | None = None
+    unseen: float = 0.0
 
     @property
     def randomness(self) -> float:
@@ -85,13 +90,21 @@ class Mind:
     @property
     def position_covariance(self) -> FloatArray:
         """(d, d) m², of `position`."""
-        return self.covariance if self.habits is None else self.habits.position_covariance
+        known = self.covariance if self.habits is None else self.habits.position_covariance
+        spread = self.spread(np.zeros(1)) if self.unseen > 0.0 else None
+        if spread is None:
+            return known
+        weights, sigmas = spread
+        return known + float(weights @ np.square(sigmas[0])) * identity(self.position.size)
 
     def spread(self, times: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-        """Weights (C,), sigmas (K, C) m of the Gaussians around the predicted position at `times` (K,) s, or None."""
+        """Weights (C,), sigmas (K, C) m of the Gaussians around the predicted position at `times` (K,) s, or None.
+
+        Whoever is not seen now has been going their own way since they were.
+        """
         if self.habits is None or not self.model.steadiness:
             return None
-        return self.habits.spread(times)
+        return self.habits.spread(times + self.unseen)
 
     @property
     def by_clearance(self) -> bool:

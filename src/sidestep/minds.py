@@ -156,7 +156,8 @@ def miss(mind: Mind, time: float) -> Mind:
         prior_concerned=mind.model.prior_concerned,
         elapsed=ahead,
     )
-    return replace(mind, position=frozen_array(start + ahead * mind.velocity), belief=relaxed, anchor=None)
+    place = frozen_array(start + ahead * mind.velocity)
+    return replace(mind, position=place, belief=relaxed, anchor=None, unseen=ahead)
 
 
 def expect(mind: Mind, probabilities: FloatArray, velocities: FloatArray, time: float) -> Mind:
