@@ -12,6 +12,7 @@ import difflib
 import os
 import sys
 from collections.abc import Sequence
+from typing import Any, get_args
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "scenarios": ("sidestep.commands.scenarios:scenarios", "list what can be run, or print a scenario as TOML"),
@@ -86,12 +87,13 @@ def _help(rest: list[str]) -> int:
 
 
 def _call(arguments: list[str]) -> int:
-    from cyclopts import App, CycloptsError
+    from cyclopts import App, CycloptsError, Parameter
 
     from sidestep.errors import InvalidInput, MissingExtra, OutputError, SidestepError
 
     # What is interrupted is told by `execute`; cyclopts would end the program without a word.
     app = App(name="sidestep", version_flags=(), help_format="plaintext", suppress_keyboard_interrupt=False)
+    app.default_parameter = Parameter(converter=_converted)
     name = arguments[0]
     app.command(COMMANDS[name][0], name=name)
     try:
@@ -112,6 +114,16 @@ def _call(arguments: list[str]) -> int:
         _complain(f"this is a fault of sidestep's own; please report it with the lines above (command: {name})")
         return FAILURE
     return status if isinstance(status, int) else 0
+
+
+def _converted(kind: Any, tokens: Any) -> Any:
+    """What the words of an option stand for; whole numbers are not made of others by rounding, as cyclopts does."""
+    from cyclopts import convert
+
+    for token in tokens if kind is int or int in get_args(kind) else ():
+        if not token.value.lstrip("+-").isdigit():
+            raise ValueError(f"got {token.value!r}; allowed: an integer")
+    return convert(kind, tokens)
 
 
 def _one_line(text: str) -> str:
