@@ -36,6 +36,11 @@ def test_every_shipped_scenario_is_sound(name, tmp_path):
     assert load_scenario(tmp_path / "copy.toml") == scenario
 
 
+def test_the_mark_that_some_editors_put_before_text_is_no_part_of_a_scenario(tmp_path):
+    (tmp_path / "mine.toml").write_text(MINE, encoding="utf-8-sig")
+    assert load_scenario(tmp_path / "mine.toml").robot.goal == (0.0, 5.0)
+
+
 @pytest.mark.parametrize("name", ["crossing", "head-on"])
 def test_without_a_reaction_robot_and_person_would_meet(name):
     from blind_driver import BlindDriver

@@ -89,6 +89,20 @@ def test_each_fault_in_a_file_gives_one_line(tmp_path, text, words):
     assert len(str(caught.value).splitlines()) == 1
 
 
+def test_a_file_without_rows_is_named_whatever_scene_is_asked_for(tmp_path):
+    path = tmp_path / "tracks.csv"
+    path.write_text(HEADER)
+    with pytest.raises(InvalidFile, match="no rows"):
+        read_recording(path, "s")
+
+
+@pytest.mark.parametrize("name", ["tracks.csv", "tracks.csv.gz"])
+def test_the_mark_that_spreadsheets_put_before_text_is_no_part_of_it(tmp_path, name):
+    text = (HEADER + "only,0,a,ped,0,0\n").encode("utf-8-sig")
+    (tmp_path / name).write_bytes(gzip.compress(text) if name.endswith("gz") else text)
+    assert scene_names(tmp_path / name) == ["only"]
+
+
 def test_absent_and_damaged_files(tmp_path):
     with pytest.raises(InvalidFile, match="no such file"):
         scene_names(tmp_path / "absent.csv")

@@ -66,7 +66,7 @@ def _parameters(file: Path | None, changes: tuple[str, ...]) -> dict[str, Any]:
     data: dict[str, Any] = {}
     if file is not None:
         try:
-            data = tomllib.loads(file.read_text(encoding="utf-8"))
+            data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
         except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise InvalidFile(str(file), str(error), "a TOML file") from None
     for change in changes:

@@ -27,7 +27,7 @@ def read_human_table(path: str | Path) -> dict[str, Any]:
     """
     allowed = "a TOML file with a table [human], as `sidestep fit` writes it"
     try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise InvalidFile(str(path), "no such file", allowed) from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

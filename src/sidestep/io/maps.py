@@ -61,7 +61,7 @@ def read_map(path: str | Path, *, unknown_is_free: bool = False) -> OccupancyGri
 
 def _entries(place: Path) -> dict[str, str]:
     try:
-        text = place.read_text(encoding="utf-8")
+        text = place.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidFile(str(place), str(error), "a readable YAML file as map_server writes it") from error
     entries: dict[str, str] = {}

@@ -48,6 +48,8 @@ def read_recording(path: str | Path, scene: str | None = None) -> Recording:
         scene = names[0]
     elif not samples:
         names = scene_names(path)
+        if not names:
+            raise _nothing_in(path)
         near = get_close_matches(scene, names, n=_SHOWN, cutoff=0.0)
         raise UnknownName(f"{path}: scene", scene, near)
     return _recordings(Path(path), samples)[scene]
@@ -98,8 +100,12 @@ def _read(path: Path, scene: str | None) -> Samples:
         xs.append(_number(path, line, "x", x))
         ys.append(_number(path, line, "y", y))
     if scene is None and not samples:
-        raise InvalidFile(f"{path}", "no rows", "at least one row of " + ",".join(_NEEDED))
+        raise _nothing_in(path)
     return samples
+
+
+def _nothing_in(path: str | Path) -> InvalidFile:
+    return InvalidFile(f"{path}", "no rows", "at least one row of " + ",".join(_NEEDED))
 
 
 def _number(path: Path, line: int, field: str, text: str) -> float:
@@ -136,6 +142,7 @@ def _rows(path: Path) -> Iterator[tuple[int, Sequence[str]]]:
 
 
 def _opened(path: Path) -> TextIO:
+    """The text, without the mark that spreadsheets put before it."""
     if path.suffix == ".gz":
-        return cast(TextIO, gzip.open(path, "rt", encoding="utf-8", newline=""))
-    return path.open(encoding="utf-8", newline="")
+        return cast(TextIO, gzip.open(path, "rt", encoding="utf-8-sig", newline=""))
+    return path.open(encoding="utf-8-sig", newline="")

@@ -152,7 +152,7 @@ class NodeSettings(Settings):
 def _tables(path: Path) -> dict[str, Any]:
     """Tables of a scenario file that a node can use; where the robot starts and goes belongs to the simulated run."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InvalidFile("scenario", str(path), "a scenario file (TOML)", error.strerror or "") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
