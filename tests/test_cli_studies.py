@@ -23,6 +23,36 @@ def test_a_page_that_cannot_be_written_is_refused_before_time_is_spent(
     assert not list(out.rglob("*"))
 
 
+def test_a_model_that_cannot_be_written_is_refused_before_it_is_fitted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fitted(*args: object, **kwargs: object) -> None:
+        pytest.fail("time was spent")
+
+    monkeypatch.setattr("sidestep.studies.people_fit.fit_model", fitted)
+    (tmp_path / "file").write_text("no folder")
+    tracks = tmp_path / "tracks.csv"
+    tracks.write_text("scene,t,agent,kind,x,y\ns,0,a,ped,0,0\n")
+    assert execute(["fit", str(tracks), "--out", str(tmp_path / "file" / "model.toml")]) == BAD_INPUT
+    assert "file: cannot be written" in capsys.readouterr().err
+
+
+def test_recorded_runs_that_are_not_there_are_named_before_time_is_spent(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(*args: object, **kwargs: object) -> None:
+        pytest.fail("time was spent")
+
+    monkeypatch.setattr("sidestep.studies.paper.run_points", run)
+    out = tmp_path / "out"
+    for held in ((), ("tracks.csv.gz",)):
+        for name in held:
+            (tmp_path / name).touch()
+        assert execute(["reproduce", "--quick", "--data", str(tmp_path), "--out", str(out)]) == BAD_INPUT
+        assert "--data" in capsys.readouterr().err
+    assert not out.exists()
+
+
 @pytest.mark.slow
 def test_evaluate_compares_navigators(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--conditions", "straight", "--navigators", "sidestep,stop-and-go", "--episodes", "2", "--workers", "1"]

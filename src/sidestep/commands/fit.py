@@ -78,6 +78,7 @@ def make(
     from sidestep.commands.bars import progress_bar
     from sidestep.errors import InvalidInput
     from sidestep.human.model import HumanModel
+    from sidestep.io.files import ready_for
     from sidestep.io.human_models import read_human_model, write_human_model
     from sidestep.io.tracks import read_recordings
     from sidestep.studies.people_fit import fit_model, walking_speeds
@@ -85,6 +86,7 @@ def make(
     from sidestep.types import LARGEST
 
     seeded("--seed", seed)
+    ready_for(out)
     if not 0.0 < every <= LARGEST:
         raise InvalidInput("--every", every, "a finite number > 0 (s)")
     every_scene = read_recordings(tracks)

@@ -35,6 +35,7 @@ def make(
     from sidestep.studies.paper_verdicts import asked_by, chosen_claims, failing_claims, rows, with_regions
 
     ready_for(page)
+    recorded = _recorded(data)
     began = perf_counter()
     chosen = chosen_claims(claims)
     bases = {label: load_scenario(label) for label in LABELS}
@@ -64,7 +65,7 @@ def make(
             )
         grid = rows(search, around, places)
         table = with_regions(table, grid)
-    figures = _saved(draw(points, bases, grid, _replays(data, bases)), out, jobs)
+    figures = _saved(draw(points, bases, grid, _replays(recorded, bases)), out, jobs)
     result = {
         "claims": table,
         "grid": grid,
@@ -87,10 +88,21 @@ def _spent(store: Checkpoints, seconds: float) -> float:
     return spent
 
 
-def _replays(data: Path | None, bases: dict[str, Scenario]) -> list[tuple[str, Any, Any]]:
-    """(name, logged belief, our belief) of each recorded run; empty without the recordings."""
+def _recorded(data: Path | None) -> Path | None:
+    """Return the folder with the recorded robot runs; None where none was named and none is known to be there."""
+    from sidestep.errors import InvalidInput
+
     folder = data or (Path(os.environ["SIDESTEP_DATA"]) / "paper_runs" if "SIDESTEP_DATA" in os.environ else None)
-    if folder is None or not (folder / "tracks.csv.gz").is_file():
+    if folder is not None and all((folder / name).is_file() for name in ("tracks.csv.gz", "meta.csv")):
+        return folder
+    if data is not None:
+        raise InvalidInput("--data", str(data), "a folder that holds tracks.csv.gz and meta.csv")
+    return None
+
+
+def _replays(folder: Path | None, bases: dict[str, Scenario]) -> list[tuple[str, Any, Any]]:
+    """(name, logged belief, our belief) of each recorded run; empty without the recordings."""
+    if folder is None:
         return []
     import csv
 
