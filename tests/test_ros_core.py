@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ros_stand_ins import Eyes, StraightPlanner, Wheels
-from sidestep import PersonObservation, RobotState
+from sidestep import DifferentialDrive, PersonObservation, RobotState
 from sidestep.errors import InvalidInput
 from sidestep.perception.scan import Beams
 from sidestep.ros.assembly import PlannerSource, brain
@@ -362,6 +362,19 @@ def test_the_robot_is_carried_forward_to_the_time_of_the_plan():
     _, state, _ = robot.planner.calls[0]
     assert np.allclose(state.position, [0.1, 0.0])
     assert state.heading == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.2])
+def test_the_planner_is_told_how_a_base_with_two_wheels_drives_and_turns(delay):
+    robot = {"kind": "differential", "max_speed": 1.0, "max_turn_rate": 4.0, "reference_offset": 0.3}
+    _, inputs = brain(NodeSettings.parse({"robot": robot, "node": {"people_from": "poses"}}), no_lookup)
+    ahead = np.array([0.0, 0.5])  # it looks along y
+    inputs.take_odometry(
+        Odometry(time=10.0, frame="odom", pose=Pose2(yaw=math.pi / 2), velocity=ahead, turn_rate=2.0), 10.0
+    )
+    state = inputs.robot(10.0 + delay)
+    base = DifferentialDrive(**{name: value for name, value in robot.items() if name != "kind"})
+    assert base.command(state.velocity, state) == pytest.approx([0.5, 2.0])
 
 
 def test_what_stations_are_told_is_plain_json():

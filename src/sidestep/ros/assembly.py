@@ -13,7 +13,7 @@ from sidestep.obstacles import Obstacles, OccupancyGrid
 from sidestep.perception.scan import Beams
 from sidestep.planner import Planner
 from sidestep.planning.plan import Plan
-from sidestep.robots import RobotState
+from sidestep.robots import DifferentialDrive, RobotState
 from sidestep.ros.core import Core
 from sidestep.ros.frames import Frames, Lookup
 from sidestep.ros.geometry import Pose2
@@ -112,8 +112,9 @@ def brain(settings: NodeSettings, lookup: Lookup) -> tuple[Core, Inputs]:
     frames = Frames(
         planning=node.frame, base=node.base_frame, mount=node.scanner_mount, same=node.same_frames, lookup=lookup
     )
-    inputs = Inputs(settings, sensing=sensing_of(settings), frames=frames)
     robot = robot_of(scenario_of(settings, np.zeros(2)))
+    lead = robot.offset if isinstance(robot, DifferentialDrive) else 0.0
+    inputs = Inputs(settings, sensing=sensing_of(settings), frames=frames, lead=lead)
     return Core(settings, inputs=inputs, wheels=robot, make_planner=PlannerSource(settings)), inputs
 
 

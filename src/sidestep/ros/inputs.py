@@ -74,12 +74,14 @@ class Inputs:
         settings: of the node.
         sensing: who is there.
         frames: what lies where.
+        lead: m ahead of the middle of the base, of the point that planning moves.
     """
 
-    def __init__(self, settings: NodeSettings, *, sensing: Sensing, frames: Frames) -> None:
+    def __init__(self, settings: NodeSettings, *, sensing: Sensing, frames: Frames, lead: float = 0.0) -> None:
         self._node = settings.node
         self._sensing = sensing
         self._frames = frames
+        self._lead = lead
         self._eyes = "scan" if self._node.people_from == "scan" else "people"
         self._watchdog = Watchdog(("odom", self._eyes), self._node.timeout)
         self._lock = threading.Lock()
@@ -174,14 +176,19 @@ class Inputs:
             self._sensing.clear()
 
     def robot(self, now: float) -> RobotState | None:
-        """The robot, carried forward from its last measurement to `now`; None before the first one."""
+        """The robot, carried forward from its last measurement to `now`; None before the first one.
+
+        It goes on in its own frame as it did. The velocity is that of the point that planning moves: turning counts.
+        """
         with self._lock:
             known = self._robot
         if known is None:
             return None
         ahead = min(max(now - known.time, 0.0), self._node.timeout)
         pose = known.pose.moved(known.velocity, known.turn_rate, ahead)
-        return RobotState(position=pose.position, heading=pose.yaw, velocity=known.velocity)
+        turned = Pose2(yaw=known.turn_rate * ahead).rotation @ known.velocity
+        swung = known.turn_rate * self._lead * pose.rotation[:, 1]
+        return RobotState(position=pose.position, heading=pose.yaw, velocity=turned + swung)
 
     def people(self, now: float) -> list[PersonObservation] | None:
         """Return everyone who is seen, carried forward to `now`; None where nothing has come since the last call."""
