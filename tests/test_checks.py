@@ -1,18 +1,21 @@
 """Bad values of the frozen settings: one line that names the field, whatever was passed; good ones are settled."""
 
+import copy
 import dataclasses
 import math
+import pickle
 
 import numpy as np
 import pytest
 
 from sidestep import DifferentialDrive, Holonomic, HumanModel, Obstacles, Planner, PlannerSettings, RobotState
 from sidestep.checks import one_of
-from sidestep.errors import InvalidInput, UnknownName
+from sidestep.errors import InvalidFile, InvalidInput, MissingExtra, OutputError, SidestepError, UnknownName
 from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.reaction import ReactionSettings
 from sidestep.obstacles import OccupancyGrid
 from sidestep.safety_filter import SafetyFilter
+from sidestep.simulation.scenario import Scenario
 
 MADE = (HumanModel, HabitSettings, ReactionSettings, PlannerSettings, Holonomic, DifferentialDrive)
 FIELDS = [(cls, field.name) for cls in MADE for field in dataclasses.fields(cls)]
@@ -172,3 +175,30 @@ def test_of_many_names_a_message_lists_some_and_suggests_the_nearest():
     assert len(str(found.value)) < 400
     with pytest.raises(UnknownName, match=r"allowed: one of a, b$"):
         one_of("--without", ["zebra"], ["b", "a"])
+
+
+def _complaint() -> InvalidInput:
+    with pytest.raises(InvalidInput) as caught:
+        Scenario.parse({"robot": {}})
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        SidestepError("so"),
+        InvalidInput("planner.horizon", 0, "an integer ≥ 1", "raise it"),
+        InvalidFile("tracks.csv", "no rows", "at least one row"),
+        UnknownName("scenario", "crosing", ["crossing", "lane"]),
+        MissingExtra("the page", "live"),
+        OutputError("runs", "no space"),
+        _complaint(),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+@pytest.mark.parametrize("carried", [copy.copy, copy.deepcopy, lambda error: pickle.loads(pickle.dumps(error))])
+def test_exceptions_come_out_of_other_processes_as_they_are(error, carried):
+    again = carried(error)
+    assert type(again) is type(error)
+    assert str(again) == str(error)
+    assert vars(again) == vars(error)

@@ -12,10 +12,22 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
 
 class SidestepError(Exception):
-    """Root of all exceptions that this library raises on purpose."""
+    """Root of all exceptions that this library raises on purpose; they cross between processes as they are."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args, self.__dict__)
+
+
+def _again(kind: type[SidestepError], args: tuple[Any, ...], attributes: dict[str, Any]) -> SidestepError:
+    """Return an exception as it was; its message, and not what that is made of, is in `args`."""
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(attributes)
+    return error
 
 
 class InvalidInput(SidestepError, ValueError):  # noqa: N818 (reads as a sentence where it is caught)
