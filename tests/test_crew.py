@@ -97,6 +97,38 @@ def test_the_motion_is_the_same_for_any_number_of_threads():
             np.testing.assert_allclose(plan.positions, other.positions, atol=1e-6)
 
 
+@pytest.mark.parametrize("whose", ["its own", "a twin's"])
+def test_a_planner_is_asked_by_one_thread_at_a_time(whose, monkeypatch):
+    inside, most = [], []
+    planned = sidestep.Planner._planned
+
+    def watched(self, *args):
+        inside.append(args)
+        most.append(len(inside))
+        sleep(0.02)  # long enough for the other thread to come, too
+        plan = planned(self, *args)
+        inside.pop()
+        return plan
+
+    monkeypatch.setattr(sidestep.Planner, "_planned", watched)
+    planner = sidestep.Planner(robot=Holonomic(max_speed=1.0, radius=0.3), goal=(3.0, 0.0))
+    person = sidestep.PersonObservation(id="a", position=(1.5, 1.0), velocity=(0.0, -1.0))
+    plans = []
+
+    def ask(one):
+        for _ in range(5):
+            plans.append(one.step(time=0.0, robot=RobotState(position=(0.0, 0.0)), people=[person]))
+
+    asked = (planner, planner if whose == "its own" else planner.twin())
+    threads = [threading.Thread(target=ask, args=(one,)) for one in asked]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1] * 10
+    assert {plan.status for plan in plans} <= {"certified", "least_risk"}
+
+
 def test_a_deadline_holds_with_threads_too():
     people = [
         sidestep.PersonObservation(id=str(i), position=(1.0 + 0.4 * i, 0.7), velocity=(-1.0, 0.0)) for i in range(8)

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from threading import RLock
 from typing import TypeVar
 
 from sidestep.prediction.workspace import Workspace
@@ -24,6 +25,8 @@ class Crew:
     """
 
     def __init__(self, threads: int = 1) -> None:
+        self.busy = RLock()
+        """Held by whoever works with the scratch arrays: two at a time would overwrite each other's memory."""
         self._spaces = [Workspace() for _ in range(threads)]
         self._helpers: tuple[int, ThreadPoolExecutor] | None = None
 

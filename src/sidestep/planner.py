@@ -143,15 +143,16 @@ class Planner:
 
     def reset(self) -> None:
         """Forget everybody and the last plan."""
-        self._minds, self._last = {}, None
-        self._own = OwnMotion(self.robot, self.settings.timeout)
-        self._detours = Detours(self.robot, self.settings)
-        self._time = self._informed = -math.inf
+        with self._crew.busy:
+            self._minds, self._last = {}, None
+            self._own = OwnMotion(self.robot, self.settings.timeout)
+            self._detours = Detours(self.robot, self.settings)
+            self._time = self._informed = -math.inf
 
     def twin(self) -> Planner:
         """Return a planner that knows what this one knows; from here on each learns and plans for itself.
 
-        The two share scratch space: one may not be asked while the other is planning.
+        The two share scratch space: one that is asked while the other is planning waits for it.
         """
         other = object.__new__(type(self))
         own = {name: copy(getattr(self, name)) for name in ("_minds", "_outlook", "_pace", "_detours", "_own")}
@@ -168,6 +169,8 @@ class Planner:
     ) -> Plan:
         """Return a motion for now. Never raises, never returns NaN: what cannot be planned for is answered by a stop.
 
+        One call at a time: one from another thread waits until this one is done.
+
         Args:
             time: s, now; any rate.
             robot: as measured now.
@@ -176,17 +179,29 @@ class Planner:
                 certified (see `SafetyFilter`). What is not finite is not wished.
         """
         started = perf_counter()
+        with self._crew.busy:
+            plan = self._answer(time, robot, people, started, wish)
+            stopped = plan.status == "stopped"
+            self._last = None if stopped else plan
+            self._own.asks(plan.time, None if stopped else plan.velocity)
+        return plan
+
+    def _answer(
+        self,
+        time: float,
+        robot: RobotState,
+        people: Sequence[PersonObservation] | None,
+        started: float,
+        wish: VectorLike | None,
+    ) -> Plan:
+        """A plan, or a stop where there is none."""
         try:
             compiling.announce(walls=self.obstacles is not None)
             stop = self._trouble(time, robot, people)
-            plan = self._stopped(time, robot, stop, started) if stop else self._planned(time, robot, started, wish)
+            return self._stopped(time, robot, stop, started) if stop else self._planned(time, robot, started, wish)
         except Exception as error:  # a fault of ours must not leave the robot with an old command
             _log.exception("planning failed")
-            plan = self._stopped(time, robot, f"internal error: {error!r}", started)
-        stopped = plan.status == "stopped"
-        self._last = None if stopped else plan
-        self._own.asks(plan.time, None if stopped else plan.velocity)
-        return plan
+            return self._stopped(time, robot, f"internal error: {error!r}", started)
 
     def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
         """Say why nothing can be planned, or ''. Keeps the clock."""
