@@ -165,3 +165,15 @@ def test_versions_agree():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert f"\nversion: {sidestep.__version__}\n" in cff
     assert project["version"] == sidestep.__version__
+
+
+def test_the_page_of_the_laboratory_says_what_was_measured_last():
+    rows = json.loads((ROOT / "docs" / "evidence" / "results" / "74-laboratory.json").read_text())["tables"][0]["rows"]
+    page = (ROOT / "docs" / "start" / "lab.md").read_text()
+    for scans in ("scans at once", "200 ms late, 20 % lost"):
+        told = [row[5].split(" %")[0] for row in rows if row[0] == scans]
+        moving, standing = (sum(int(row[3].split(" / ")[i]) for row in rows if row[0] == scans) for i in (0, 1))
+        line = next(line for line in page.splitlines() if line.startswith(f"| {scans} |"))
+        assert f"({told[0]} %, {told[1]} %)" in line
+        assert f"| {sum(map(int, told)) / 2:.0f} % (" in line
+        assert f"| {moving} / {standing} |" in line
