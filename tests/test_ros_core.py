@@ -223,6 +223,30 @@ def test_a_clock_that_jumps_back_forgets_what_was_measured_and_keeps_the_goal():
     assert robot.core.motion(3.1, 100.2) != STANDSTILL
 
 
+def test_a_goal_that_is_refused_is_refused_once_until_the_goal_or_the_map_is_another():
+    robot = Robot()
+    asked = []
+
+    def refusing(goal, grid):
+        asked.append(tuple(goal))
+        if goal[0] > 4.0:
+            raise InvalidInput("planner.goal", goal, "a place away from walls")
+        return robot.planner
+
+    robot.core._make_planner = refusing
+    robot.odometry(10.0)
+    robot.people(10.0)
+    robot.goal(5.0)
+    for k in range(5):
+        assert robot.core.plan(10.0 + 0.01 * k) is None
+        assert robot.core.motion(10.0 + 0.01 * k, 10.0) == STANDSTILL
+        assert "away from walls" in robot.reason(10.0)
+    assert asked == [(5.0, 0.0)]
+    robot.goal(3.0)
+    assert robot.core.plan(10.1) is not None
+    assert asked == [(5.0, 0.0), (3.0, 0.0)]
+
+
 def test_a_frozen_clock_stops_it():
     robot = Robot()
     robot.ready(10.0)

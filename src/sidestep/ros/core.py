@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from sidestep.errors import InvalidInput
 from sidestep.human.observation import PersonObservation
 from sidestep.planning.plan import Plan
 from sidestep.robots import RobotState
@@ -71,6 +72,7 @@ class Core:
         self._make_planner = make_planner
         self._planning = threading.Lock()
         self._planner: tuple[Task, Planning] | None = None
+        self._refused: Task | None = None
         self._lock = threading.Lock()  # guards what follows
         self._plan: tuple[int, Plan] | None = None
         self._broken = ""
@@ -95,12 +97,15 @@ class Core:
         task, robot = self._inputs.task, self._inputs.robot(now)
         if task.goal is None or robot is None or not self._inputs.complete or self._arrived == task.number:
             return None
+        if self._refused is task:  # to lay out the same map again would take long, and change nothing
+            return None
         with self._planning:
             try:
                 if self._planner is None or self._planner[0] is not task:
                     self._planner = (task, self._make_planner(task.goal, task.map))
                 plan = self._planner[1].step(time=now, robot=robot, people=self._inputs.people(now))
             except Exception as error:
+                self._refused = task if isinstance(error, InvalidInput) else None
                 self._fail(f"planning failed: {error}")
                 return None
         with self._lock:
