@@ -155,6 +155,16 @@ def test_a_spread_prediction_keeps_its_probability_and_gets_wider(dimension):
         assert variance[1] - variance[0] == pytest.approx(added + cell, rel=0.15)
 
 
+def test_a_prediction_over_long_steps_is_drawn_with_no_more_cells():
+    shot = made_record(dimension=2).snapshots[3]
+    sigmas = np.linspace(5.0, 500.0, len(shot.instants))[:, None]
+    for spacing in (0.5, 5.0, 50.0):  # m; the last: steps of 100 s
+        lattice, p = shown_mass(replace(shot, spacing=spacing, weights=np.ones(1), sigmas=sigmas), 4)
+        assert max(p.shape) < 500
+        assert lattice.spacing * max(p.shape) > spacing * (shot.probability.shape[1] - 1)
+        assert np.isfinite(p).all()
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.4])
 def test_a_projection_keeps_all_probability_and_leaves_no_gaps(angle):
     record = made_record(dimension=3)

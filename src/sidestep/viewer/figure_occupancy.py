@@ -28,6 +28,8 @@ FAINTEST = 0.1
 FINE, MARGIN = 0.1, 2.0
 """m; cells of a spread-out prediction, and how far beyond the lattice it is drawn at most."""
 
+MOST = 400
+"""Cells per axis of such a prediction, or time and memory grow beyond all bounds with the steps' length."""
 STRIP = 0.25
 """m; half the height at which a line's cells are drawn in a plane."""
 
@@ -163,7 +165,8 @@ def shown_mass(snapshot: Snapshot, row: int) -> tuple[Lattice, FloatArray]:
     )
     if snapshot.weights.size == 0:
         return lattice, p
-    finer = 2 * int(snapshot.spacing / FINE / 2) + 1 if p.ndim < 3 else 1  # odd: a cell keeps a middle
+    fold = min(snapshot.spacing / FINE, MOST / p.shape[0])
+    finer = 2 * int(fold / 2) + 1 if p.ndim < 3 else 1  # odd: a cell keeps a middle
     spacing = snapshot.spacing / finer
     widths = snapshot.sigmas[row] / spacing  # (C,) cells
     margin = int(np.ceil(min(3 * widths[snapshot.weights > 0.02].max(initial=0.0), MARGIN / spacing)))
@@ -171,7 +174,11 @@ def shown_mass(snapshot: Snapshot, row: int) -> tuple[Lattice, FloatArray]:
     for axis in range(p.ndim):
         fine = np.repeat(fine, finer, axis=axis) / finer
     spread = np.sum(
-        [w * gaussian_filter(fine, s, mode="constant") for w, s in zip(snapshot.weights, widths, strict=True)], axis=0
+        [
+            w * gaussian_filter(fine, s, mode="constant", radius=min(int(4.0 * s + 0.5), len(fine)))
+            for w, s in zip(snapshot.weights, widths, strict=True)
+        ],
+        axis=0,
     )
     radius = (spread.shape[0] - 1) // 2
     return Lattice(origin=snapshot.origin, spacing=spacing, radius=radius, rotation=snapshot.rotation), spread
