@@ -19,6 +19,7 @@ from typing import Any
 
 import pytest
 
+from sidestep.cli import execute
 from sidestep.ros.station import LinkLost, Refused, Station
 
 HERE = Path(__file__).parent
@@ -287,6 +288,13 @@ def test_nobody_there_is_said_in_one_line():
         port = free.getsockname()[1]
     with pytest.raises(LinkLost, match=f"127.0.0.1:{port}"):
         Station(port=port)
+
+
+def test_the_command_names_once_whom_it_cannot_reach(capsys):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    assert execute(["remote", f"127.0.0.1:{port}"]) == 1
+    assert capsys.readouterr().err == f"sidestep: 127.0.0.1:{port}: Connection refused\n"
 
 
 def test_it_listens_on_the_loopback_only(robot):

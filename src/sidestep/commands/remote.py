@@ -48,7 +48,8 @@ def remote(
                     say(f"no longer driving: {state['reason']}")
                     return 1
     except (LinkLost, Refused) as error:
-        say(f"{address}: {error}")
+        told = str(error)  # who cannot be reached is named already
+        say(f"sidestep: {told if told.startswith(f'{host}:{port}') else f'{address}: {told}'}")
         return 1
     finally:
         if sys.stderr.isatty():
