@@ -1,6 +1,7 @@
 """The command line itself: overview, errors in one line, exit status, nothing heavy before it is needed."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -108,3 +109,14 @@ def test_the_installed_command_and_the_module_are_the_same():
     done = subprocess.run([sys.executable, "-m", "sidestep", "rnu"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert "did you mean 'run'" in done.stderr
+
+
+@pytest.mark.parametrize("argv", [["--help"], ["--version"], ["cite", "all"]])
+def test_who_reads_no_further_gets_no_traceback(argv):
+    code = f"import sys; from sidestep.cli import execute; sys.exit(execute({argv!r}))"
+    reading, writing = os.pipe()
+    os.close(reading)  # nobody reads at all
+    done = subprocess.run([sys.executable, "-c", code], stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writing)
+    assert done.stderr == ""
+    assert done.returncode == 0

@@ -47,7 +47,19 @@ def main() -> None:
 
 def execute(argv: Sequence[str]) -> int:
     """Run one command line; the exit status."""
-    arguments = list(argv)
+    try:
+        status = _executed(list(argv))
+        sys.stdout.flush()
+        return status
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, as in `sidestep scenarios | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing left to complain when Python exits
+        return 0
+
+
+def _executed(arguments: list[str]) -> int:
     if not arguments or arguments[0] in ("--help", "-h", "help"):
         return _help(arguments[1:])
     if arguments[0] in ("--version", "-V"):
@@ -59,14 +71,7 @@ def execute(argv: Sequence[str]) -> int:
         near = difflib.get_close_matches(arguments[0], COMMANDS, n=1)
         mend = f"; did you mean {near[0]!r}?" if near else ""
         return _complain(f"command: got {arguments[0]!r}; allowed: {', '.join(COMMANDS)}{mend}")
-    try:
-        return _call(arguments)
-    except KeyboardInterrupt:
-        _complain("interrupted")
-        return INTERRUPTED
-    except BrokenPipeError:  # the reader of our output has gone, as in `sidestep scenarios | head -1`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing left to complain when Python exits
-        return 0
+    return _call(arguments)
 
 
 def _help(rest: list[str]) -> int:
