@@ -15,8 +15,9 @@ from sidestep.human.model import HumanModel
 from sidestep.io.files import written
 from sidestep.io.toml import to_toml, without_none
 from sidestep.simulation.faults import one_line
+from sidestep.simulation.settings import HumanTable
 
-_MODEL: TypeAdapter[HumanModel] = TypeAdapter(HumanModel)
+_MODEL: TypeAdapter[HumanModel] = TypeAdapter(HumanTable)
 
 
 def read_human_table(path: str | Path) -> dict[str, Any]:

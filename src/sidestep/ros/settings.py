@@ -14,7 +14,16 @@ from sidestep.human.model import HumanModel
 from sidestep.planning.settings import PlannerSettings
 from sidestep.ros.geometry import Pose2
 from sidestep.simulation.faults import one_line
-from sidestep.simulation.settings import Number, Point, Polygon, Positive, RobotSettings, Settings
+from sidestep.simulation.settings import (
+    HumanTable,
+    Number,
+    PlannerTable,
+    Point,
+    Polygon,
+    Positive,
+    RobotSettings,
+    Settings,
+)
 
 _HERE = (0.0, 0.0)
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
@@ -121,8 +130,8 @@ class NodeSettings(Settings):
     """
 
     robot: RobotParameters = RobotParameters()
-    planner: PlannerSettings = PlannerSettings()
-    human: HumanModel = HumanModel()
+    planner: PlannerTable = PlannerSettings()
+    human: HumanTable = HumanModel()
     walls: tuple[Polygon, ...] = ()
     node: NodeParameters = NodeParameters()
 

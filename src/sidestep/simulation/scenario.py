@@ -15,8 +15,10 @@ from sidestep.human.model import HumanModel
 from sidestep.planning.settings import PlannerSettings
 from sidestep.simulation.faults import one_line
 from sidestep.simulation.settings import (
+    HumanTable,
     MeasurementSettings,
     PersonSettings,
+    PlannerTable,
     Point,
     Polygon,
     Positive,
@@ -56,8 +58,8 @@ class Scenario(Settings):
     stop_at_goal: bool = True
     robot: RobotSettings
     robots: tuple[RobotSettings, ...] = ()
-    planner: PlannerSettings = PlannerSettings()
-    human: HumanModel = HumanModel()
+    planner: PlannerTable = PlannerSettings()
+    human: HumanTable = HumanModel()
     people: tuple[PersonSettings, ...] = ()
     measurement: MeasurementSettings = MeasurementSettings()
     recording: RecordingSettings | None = None
@@ -141,7 +143,7 @@ class Scenario(Settings):
         return _plain(self.model_dump())
 
 
-_HUMAN: TypeAdapter[HumanModel] = TypeAdapter(HumanModel)
+_HUMAN: TypeAdapter[HumanModel] = TypeAdapter(HumanTable)
 
 
 def _plain(value: Any) -> Any:

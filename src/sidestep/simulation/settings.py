@@ -2,11 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from dataclasses import is_dataclass
+from functools import partial
+from typing import Annotated, Any, Literal, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from sidestep.errors import InvalidInput
+from sidestep.human.model import HumanModel
+from sidestep.planning.settings import PlannerSettings
 from sidestep.types import Shape
+
+
+def _without_truths(kind: type[Any], place: str, table: Any) -> Any:
+    """Return the table of a dataclass as it came; `true` is not the number 1, though pydantic would take it for that.
+
+    Raises:
+        InvalidInput: a truth value stands where none belongs.
+    """
+    for name, wanted in get_type_hints(kind).items() if isinstance(table, Mapping) else ():
+        value = table.get(name)
+        if isinstance(wanted, type) and is_dataclass(wanted):
+            _without_truths(wanted, f"{place}.{name}", value)
+        elif wanted is not bool and any(isinstance(x, bool) for x in (value if isinstance(value, list) else [value])):
+            raise InvalidInput(f"{place}.{name}", value, "a number or a word, no truth value")
+    return table
+
+
+PlannerTable = Annotated[PlannerSettings, BeforeValidator(partial(_without_truths, PlannerSettings, "planner"))]
+HumanTable = Annotated[HumanModel, BeforeValidator(partial(_without_truths, HumanModel, "human"))]
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; `true` and "3" are not numbers."""
