@@ -140,6 +140,30 @@ def test_distance_changes_by_at_most_the_way_gone():
     assert (np.abs(walls.distance(a) - walls.distance(b)) <= np.linalg.norm(a - b, axis=1) + 1e-9).all()
 
 
+class Watched:
+    """A map that counts how many of its cells are read."""
+
+    def __init__(self, cells):
+        self.cells, self.shape, self.looks = cells, cells.shape, 0
+
+    def __getitem__(self, cell):
+        self.looks += 1
+        return self.cells[cell]
+
+
+@pytest.mark.parametrize("place", [(-70.0, 30.0), (230.0, 260.0), (100.0, -90.0), (3.0, 190.0)])
+def test_a_place_beside_a_sparse_map_is_not_compared_with_all_of_it(place):
+    cells = np.zeros((200, 200), dtype=bool)
+    cells[90:110, 60:140] = True
+    _, _, frame, sizes = Obstacles(grid=OccupancyGrid(occupied=cells, resolution=1.0))._shapes
+    watched = Watched(cells)
+    got = kernels._grid_distance.py_func(*place, watched, frame, sizes)
+    assert got == pytest.approx(
+        math.hypot(*(max(a - x, x - b, 0.0) for x, a, b in zip(place, (90, 60), (110, 140), strict=True)))
+    )
+    assert watched.looks < 1500
+
+
 def test_shapes_follow_the_points():
     walls = Obstacles(polygons=[SQUARE])
     assert walls.free((2.0, 0.5), margin=0.3).shape == ()

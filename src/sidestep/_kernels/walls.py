@@ -56,24 +56,28 @@ def _grid_distance(x: float, y: float, grid: Occupied, frame: FloatArray, sizes:
     i, j = min(int(cu), w0 - 1), min(int(cv), w1 - 1)
     outside = math.hypot(u - cu, v - cv)
     held = outside == 0.0 and grid[i, j]
-    # Squares of the other kind are `apart` away, between centres, at the nearest. So only a ring is looked at; it is
-    # some squares wide, because the place is not at the centre of its own.
+    # Squares of the other kind are `apart` away, between centres, at the nearest, and no farther from here than `most`:
+    # only what lies between is looked at. Along a row none is nearer to a square than the nearest of all is.
     apart = abs(sizes[i, j]) if grid[i, j] == held else 0.0
-    reach, far = int(abs(sizes[i, j]) + outside + 2.0), abs(sizes[i, j]) + 2.0 * outside + 2.0
+    most = abs(sizes[i, j]) + outside + 1.0
     best = np.inf
-    for a in range(max(0, i - reach), min(w0, i + reach + 1)):
+    for a in range(max(0, math.floor(u - most)), min(w0, math.ceil(u + most))):
         du = max(a - u, u - a - 1.0, 0.0)
-        if du * du >= best:
+        room = min(best, most * most) - du * du
+        if room <= 0.0:
             continue
-        outer = min(reach, int(math.sqrt(max(far * far - (a - i) * (a - i), 0.0))) + 1)
+        low, high = max(0, math.floor(v - math.sqrt(room)) - 1), min(w1 - 1, math.ceil(v + math.sqrt(room)))
         inner = math.ceil(math.sqrt(max(apart * apart - 0.5 - (a - i) * (a - i), 0.0)))  # squares are whole numbers
         for side in range(2 if inner > 0 else 1):
-            first = j + inner if side == 1 else j - outer
-            last = j + outer if side == 1 or inner == 0 else j - inner
-            for b in range(max(0, first), min(w1, last + 1)):
+            b = max(low, j + inner) if side == 1 else low
+            last = high if side == 1 or inner == 0 else min(high, j - inner)
+            while b <= last:
                 if grid[a, b] != held:
                     dv = max(b - v, v - b - 1.0, 0.0)
                     best = min(best, du * du + dv * dv)
+                    b += 1
+                else:
+                    b += max(math.ceil(abs(sizes[a, b])), 1)
     if held:
         best = min(best, min(u, v, w0 - u, w1 - v) ** 2)
         return -math.sqrt(best) * h
