@@ -294,7 +294,7 @@ class Planner:
         try:
             outcome = climb(now, now.anticipated(self._last))
         except OutOfTime:
-            self._pace.late(now.around.horizon)
+            self._pace.late(now.around.horizon, perf_counter() - started)
             return self._stopped(time, robot, f"no plan within the deadline of {self.settings.deadline} s", started)
         self._pace.took(now.around.horizon, perf_counter() - started)
         way = Way(time=time, positions=outcome.foreseen.path, step=self.settings.time_step)

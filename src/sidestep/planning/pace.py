@@ -5,37 +5,42 @@ from __future__ import annotations
 from sidestep.planning.settings import PlannerSettings
 
 _SHARE = 0.5  # of the deadline that a call is planned to take; the rest is for the machine's own hiccups
+_FIRST = 4  # steps of the first call
+_FORGOTTEN = 0.95  # per call: what a longer horizon took counts less and less, so that it is tried again
+_HICCUP = 2.0  # times what it took before is believed at most, until the next call says so, too
 
 
 class Pace:
-    """Wall-clock time of a call as overhead + growth, both learned; grows with the fourth power of the horizon."""
+    """Wall-clock time of a call by its horizon, as the calls so far tell; they grow longer by one step at a time."""
 
     def __init__(self) -> None:
-        self._per_work = 0.0  # s, the largest seen lately
-        self._limit = 1 << 30  # steps, lowered when a call was late
+        self._seconds: dict[int, float] = {}  # by horizon, the largest seen lately; never changed in place
+        self._last = 0  # steps, of the last call; half of them if it was late
 
     def horizon(self, settings: PlannerSettings) -> int:
         """Return the largest horizon ≤ N whose expected time fits the deadline; starts small and grows."""
         assert settings.deadline is not None
-        if self._per_work == 0.0:
-            return min(4, settings.horizon, self._limit)
-        chosen = 1
-        for n in range(1, min(settings.horizon, self._limit) + 1):
-            if self._per_work * _work(n) <= _SHARE * settings.deadline:
-                chosen = n
-        return chosen
+        if not self._seconds:
+            return min(_FIRST, settings.horizon)
+        longest, most = min(settings.horizon, self._last + 1), _SHARE * settings.deadline
+        return next((n - 1 for n in range(2, longest + 1) if self._expected(n) > most), max(longest, 1))
 
     def took(self, horizon: int, seconds: float) -> None:
-        """Remember how long a call took."""
-        rate = seconds / _work(horizon)
-        self._per_work = rate if rate > self._per_work else 0.9 * self._per_work + 0.1 * rate
-        self._limit += 1
+        """Remember how long a call took: where the one before had the same horizon, others have changed as it has."""
+        before, now, change = self._seconds.get(horizon), seconds, 1.0
+        if before is not None and horizon == self._last:
+            now = min(seconds, _HICCUP * before) if seconds > before else 0.9 * before + 0.1 * seconds
+            change = now / before
+        others = {n: t * change * (_FORGOTTEN if n > horizon else 1.0) for n, t in self._seconds.items()}
+        self._seconds, self._last = others | {horizon: now}, horizon
 
-    def late(self, horizon: int) -> None:
-        """Remember that a call of this horizon did not finish."""
-        self._limit = max(1, horizon // 2)
+    def late(self, horizon: int, seconds: float) -> None:
+        """Remember that a call of this horizon did not finish within so many seconds."""
+        self.took(horizon, seconds)
+        self._last = horizon // 2
 
-
-def _work(horizon: int) -> float:
-    """Relative work of a call: overhead until about 12 steps, then the sweeps (∝ N_R·N_H·N²)."""
-    return 1.0 + (horizon / 12.0) ** 4
+    def _expected(self, horizon: int) -> float:
+        """Return s, as known, else from the nearest horizon that is: ∝ N if that is longer, ∝ N² if it is shorter."""
+        known = min(self._seconds, key=lambda n: (abs(n - horizon), n))
+        share = horizon / known
+        return self._seconds[known] * (share if share < 1.0 else share**2)
