@@ -158,3 +158,15 @@ def test_a_map_can_be_kept_from_the_scans_and_what_nobody_has_seen_hides_nobody(
 def apart():
     """Settings that keep the map from the scans."""
     return NodeSettings.model_validate({"node": {"people_from": "scan", "map_for_scans": False}})
+
+
+@pytest.mark.parametrize(("radius", "expected"), [(0.11, 1), (0.3, 0)])
+def test_legs_beside_a_small_robot_are_not_taken_for_its_own_body(radius, expected):
+    eyes = sensing_of(NodeSettings.model_validate({"node": {"people_from": "scan"}, "robot": {"radius": radius}}))
+    scanner, generator, gait = Scanner(), np.random.default_rng(5), Gait()
+    room = Scene(polygons=(rectangle((0.0, 0.0), (12.0, 12.0)),), cylinders=np.zeros((0, 3)))
+    legs = gait.legs(np.array([0.26, 0.0]), np.zeros(2), np.pi, 0.0)
+    for time in np.arange(0.0, 1.5, 0.1):
+        scan, _ = scanner.sense(room, legs, np.zeros(3), np.zeros(3), time, generator)
+        eyes.scan(LaserScan(time=time, frame="laser", beams=scan.beams, ranges=scan.ranges), Pose2(), time)
+    assert len(eyes.now(time)) == expected

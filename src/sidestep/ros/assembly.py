@@ -164,5 +164,6 @@ def sensing_of(settings: NodeSettings) -> Sensing:
     """Return what turns messages into people."""
     if settings.node.people_from == "scan":
         scenario = scenario_of(settings, np.zeros(2))
-        return ScannedPeople(partial(walls_of, scenario) if settings.node.map_for_scans else None)
+        walls = partial(walls_of, scenario) if settings.node.map_for_scans else None
+        return ScannedPeople(walls, radius=settings.robot.radius)
     return MeasuredPeople(noise=settings.human.measurement_noise, memory=settings.planner.memory)

@@ -13,7 +13,7 @@ from sidestep.human.observation import PersonObservation
 from sidestep.obstacles import Obstacles
 from sidestep.perception.scan import Scan
 from sidestep.perception.table import TrackTable
-from sidestep.perception.tracks import Tracker
+from sidestep.perception.tracks import Tracker, TrackerSettings
 from sidestep.ros.geometry import Pose2
 from sidestep.ros.messages import LaserScan, Map, People
 from sidestep.types import FloatArray, IntArray
@@ -28,11 +28,16 @@ class ScannedPeople:
 
     Args:
         walls_of: (map in the planning frame, or None) → walls, which are nobody's legs; None: no walls are known.
+        radius: m, of the robot: what is farther from the scanner is not its own body.
     """
 
-    def __init__(self, walls_of: Callable[[Map | None], Obstacles | None] | None = None) -> None:
+    def __init__(
+        self, walls_of: Callable[[Map | None], Obstacles | None] | None = None, *, radius: float = math.inf
+    ) -> None:
         self._walls_of = walls_of
-        self._tracker = Tracker(walls=walls_of(None) if walls_of else None)
+        usual = TrackerSettings()
+        settings = replace(usual, own_body=min(usual.own_body, radius))
+        self._tracker = Tracker(settings=settings, walls=walls_of(None) if walls_of else None)
 
     def map(self, grid: Map) -> None:
         """Take a map in the planning frame; what nobody has seen of it hides nobody."""
