@@ -160,9 +160,10 @@ def apart():
     return NodeSettings.model_validate({"node": {"people_from": "scan", "map_for_scans": False}})
 
 
-@pytest.mark.parametrize(("radius", "expected"), [(0.11, 1), (0.3, 0)])
-def test_legs_beside_a_small_robot_are_not_taken_for_its_own_body(radius, expected):
-    eyes = sensing_of(NodeSettings.model_validate({"node": {"people_from": "scan"}, "robot": {"radius": radius}}))
+@pytest.mark.parametrize(("radius", "ahead", "expected"), [(0.11, 0.0, 1), (0.3, 0.0, 0), (0.11, 0.15, 0)])
+def test_legs_beside_a_small_robot_are_not_taken_for_its_own_body(radius, ahead, expected):
+    node = {"people_from": "scan", "mount": [ahead, 0.0, 0.0]}
+    eyes = sensing_of(NodeSettings.model_validate({"node": node, "robot": {"radius": radius}}))
     scanner, generator, gait = Scanner(), np.random.default_rng(5), Gait()
     room = Scene(polygons=(rectangle((0.0, 0.0), (12.0, 12.0)),), cylinders=np.zeros((0, 3)))
     legs = gait.legs(np.array([0.26, 0.0]), np.zeros(2), np.pi, 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -165,5 +166,6 @@ def sensing_of(settings: NodeSettings) -> Sensing:
     if settings.node.people_from == "scan":
         scenario = scenario_of(settings, np.zeros(2))
         walls = partial(walls_of, scenario) if settings.node.map_for_scans else None
-        return ScannedPeople(walls, radius=settings.robot.radius)
+        x, y, _ = settings.node.mount
+        return ScannedPeople(walls, body=settings.robot.radius + math.hypot(x, y))
     return MeasuredPeople(noise=settings.human.measurement_noise, memory=settings.planner.memory)

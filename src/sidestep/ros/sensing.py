@@ -28,15 +28,15 @@ class ScannedPeople:
 
     Args:
         walls_of: (map in the planning frame, or None) → walls, which are nobody's legs; None: no walls are known.
-        radius: m, of the robot: what is farther from the scanner is not its own body.
+        body: m from the scanner, as far as the robot's own body reaches; what is farther away is not the robot.
     """
 
     def __init__(
-        self, walls_of: Callable[[Map | None], Obstacles | None] | None = None, *, radius: float = math.inf
+        self, walls_of: Callable[[Map | None], Obstacles | None] | None = None, *, body: float = math.inf
     ) -> None:
         self._walls_of = walls_of
         usual = TrackerSettings()
-        settings = replace(usual, own_body=min(usual.own_body, radius))
+        settings = replace(usual, own_body=min(usual.own_body, body))
         self._tracker = Tracker(settings=settings, walls=walls_of(None) if walls_of else None)
 
     def map(self, grid: Map) -> None:
