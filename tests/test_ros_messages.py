@@ -122,6 +122,13 @@ def test_a_scan_without_geometry_is_refused(changes):
     assert messages.read_scan(scan_message([])) is None
 
 
+@pytest.mark.parametrize("failed", [math.nan, 0.0, 0.05, -math.inf])
+def test_a_scanner_that_is_covered_tells_nothing_of_whether_somebody_is_there(failed):
+    assert messages.read_scan(scan_message([failed, failed])) is None
+    assert messages.read_scan(scan_message([failed, math.inf])) is not None
+    assert messages.read_scan(scan_message([math.inf, math.inf])) is not None
+
+
 def test_poses_of_people_have_no_identity_and_need_no_heading():
     poses = [namespace_pose(1, 2, (math.nan, 0.0, 0.0, 1.0)), namespace_pose(3, 4)]
     people = messages.read_pose_array(SimpleNamespace(header=header(), poses=poses))

@@ -148,7 +148,10 @@ def read_odometry(message: Any) -> Odometry | None:
 
 
 def read_scan(message: Any) -> LaserScan | None:
-    """sensor_msgs/LaserScan, beams counter-clockwise; beyond the scanner's reach is no return, too near has failed."""
+    """sensor_msgs/LaserScan, beams counter-clockwise; beyond the scanner's reach is no return, too near has failed.
+
+    None where all beams have failed: a scanner that is covered sees nobody because it sees nothing.
+    """
     ranges = np.asarray(message.ranges, dtype=np.float64)
     numbers = tuple(
         float(getattr(message, name))
@@ -169,6 +172,8 @@ def read_scan(message: Any) -> LaserScan | None:
         time_increment=max(numbers[4], 0.0),
     )
     ranges = np.where(ranges > beams.range_max, np.inf, np.where(ranges < beams.range_min, np.nan, ranges))
+    if np.isnan(ranges).all():
+        return None
     return LaserScan(
         time=seconds_of(message.header.stamp), frame=_name(message.header.frame_id), beams=beams, ranges=ranges
     )
