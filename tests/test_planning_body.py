@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from made_trips import SLICE, Trip, bases
-from sidestep import DifferentialDrive, Obstacles, PersonObservation, Planner, RobotState, SafetyFilter
+from sidestep import DifferentialDrive, Holonomic, Obstacles, PersonObservation, Planner, RobotState, SafetyFilter
 from sidestep.planning.body import Body
 
 BASES = bases(radius=0.25, turning=2.0)
@@ -127,3 +127,11 @@ def test_a_filter_never_drives_into_who_stands_before_a_dead_end(name, wish):
             trip.state = robot.follow(answer.velocity, trip.state, SLICE)
             assert np.linalg.norm(trip.state.position - trip.people[0]) > 0.5
             assert walls.distance(trip.state.position) > robot.radius - 0.005
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.2])
+def test_a_slow_base_leaves_who_stands_beside_it(speed):
+    """To stand was charged less than to go, at any risk, and what is gained on the way with each step was too little."""
+    trip = Trip(Planner(robot=Holonomic(max_speed=speed, radius=0.11), goal=(3.0, 0.0)), people=[(0.42, 0.0)]).run(8.0)
+    assert np.linalg.norm(trip.state.position) > 0.25, str(trip)
+    assert trip.nearest > 0.41

@@ -24,7 +24,7 @@ from sidestep.planning.problem import STANDING_SHARE, PlanningProblem
 from sidestep.planning.search import Outlook
 from sidestep.planning.settings import PlannerSettings
 from sidestep.planning.stopping import Inertia
-from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
+from sidestep.robots import DifferentialDrive, Robot, RobotState
 from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
 from sidestep.types import Path, Vector
 
@@ -78,11 +78,8 @@ class Situation:
     def beset(self) -> bool:
         """Whether somebody has stood so near for a while that the robot had better leave, and nobody is coming.
 
-        Where somebody comes it is better to stand: who walks into a robot that stands is not run over by it. And a base
-        that takes any velocity at once leaves anyway.
+        Where somebody comes it is better to stand: who walks into a robot that stands is not run over by it.
         """
-        if isinstance(self.robot, Holonomic) and self.inertia is None:
-            return False
         return any(self._beyond(s) < _BESIDE for s in self.everybody) and not self._anybody_comes
 
     @lazy
