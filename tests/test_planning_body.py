@@ -131,7 +131,7 @@ def test_a_filter_never_drives_into_who_stands_before_a_dead_end(name, wish):
 
 @pytest.mark.parametrize("speed", [0.1, 0.2])
 def test_a_slow_base_leaves_who_stands_beside_it(speed):
-    """To stand was charged less than to go, at any risk, and what is gained on the way with each step was too little."""
+    """To stand was charged less than to go, at any risk, and what each step gains of the way was too little."""
     trip = Trip(Planner(robot=Holonomic(max_speed=speed, radius=0.11), goal=(3.0, 0.0)), people=[(0.42, 0.0)]).run(8.0)
     assert np.linalg.norm(trip.state.position) > 0.25, str(trip)
     assert trip.nearest > 0.41

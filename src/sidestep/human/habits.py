@@ -226,7 +226,7 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
     if z.size != d or not (math.isfinite(dt) and finite(z)) or -s.time_out <= dt <= 1e-6:
         return state
     r = _usable(covariance, d, s.measurement_noise)
-    if begins_anew(state, time, z, r):
+    if _anew(state, dt, z, r):
         return meet(time, z, r, settings=s) or state
     mean, cov, noise = state.mean.copy(), state.covariance.copy(), state.noise.copy()
     history, tables = state.history.copy(), state.tables
@@ -240,8 +240,13 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
 
 def begins_anew(state: Habits, time: float, position: VectorLike, covariance: FloatArray | None = None) -> bool:
     """Return whether a finite observation tells nothing of who was known, as `update` says; arguments as there."""
-    s, dt, z = state.settings, time - state.time, np.asarray(position, dtype=np.float64)
-    r = _usable(covariance, z.size, s.measurement_noise)
+    z = np.asarray(position, dtype=np.float64)
+    return _anew(state, time - state.time, z, _usable(covariance, z.size, state.settings.measurement_noise))
+
+
+def _anew(state: Habits, dt: float, z: FloatArray, r: FloatArray) -> bool:
+    """Whether z (d,) m with the covariance r (d, d) m², `dt` s later, is too late or too far away to be the same."""
+    s = state.settings
     far = kernel.is_another(state.mean, state.covariance, z, r, s.top_speed * dt)
     return abs(dt) > s.time_out or (dt > 1e-6 and far)
 
