@@ -48,8 +48,7 @@ def remote(
                     say(f"no longer driving: {state['reason']}")
                     return 1
     except (LinkLost, Refused) as error:
-        told = str(error)  # who cannot be reached is named already
-        say(f"sidestep: {told if told.startswith(f'{host}:{port}') else f'{address}: {told}'}")
+        say(f"sidestep: {error}")
         return 1
     finally:
         if sys.stderr.isatty():

@@ -226,7 +226,7 @@ class Inputs:
 
         Looked at, what comes stamped rightly afterwards would be taken for late until then.
         """
-        return time - now > self._node.timeout
+        return self._watchdog.wrong_clock(time, now) > 0
 
     def _place(self) -> None:
         """Move a waiting goal or map into the planning frame as soon as its own frame is known."""

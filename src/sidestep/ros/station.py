@@ -36,10 +36,11 @@ class Station:
     """
 
     def __init__(self, host: str = "127.0.0.1", port: int = 7070, *, token: str = "") -> None:
+        self._address = f"{host}:{port}"
         try:
             self._socket = socket.create_connection((host, port), timeout=_CONNECTING)
         except OSError as error:
-            raise LinkLost(f"{host}:{port}: {error.strerror or error}") from error
+            raise self._lost(error.strerror or error) from error
         self._lines = self._socket.makefile("rb")
         self._writing = threading.Lock()
         self._answers: queue.Queue[dict[str, Any]] = queue.Queue()
@@ -108,12 +109,18 @@ class Station:
     ) -> None:
         self.close()
 
+    def _lost(self, why: object) -> LinkLost:
+        return LinkLost(f"{self._address}: {why}")
+
+    def _not_done(self, why: object) -> Refused:
+        return Refused(f"{self._address}: {why}")
+
     def _greet(self, token: str) -> float:
         try:
             self._send({"type": "hello", "token": token})
             welcome = self._next()
             if welcome.get("type") != "welcome":
-                raise Refused(str(welcome.get("reason", "not a robot of ours")))
+                raise self._not_done(welcome.get("reason", "not a robot of ours"))
         except (LinkLost, Refused):
             self.close()
             raise
@@ -127,7 +134,7 @@ class Station:
         with self._news:
             self._news.wait_for(lambda: self._ended or newer(), timeout=self.link_timeout)
             if self._state is None or not newer():
-                raise LinkLost("the robot has hung up" if self._ended else f"silent for {self.silence:.1f} s")
+                raise self._lost("the robot has hung up" if self._ended else f"silent for {self.silence:.1f} s")
             return self._state
 
     def _ask(self, question: dict[str, Any]) -> None:
@@ -137,23 +144,23 @@ class Station:
             try:
                 answer = self._answers.get(timeout=self.link_timeout)
             except queue.Empty:
-                raise LinkLost(f"no answer to {question['type']!r}") from None
+                raise self._lost(f"no answer to {question['type']!r}") from None
         if answer["type"] == "refused":
-            raise Refused(str(answer.get("reason")))
+            raise self._not_done(answer.get("reason"))
 
     def _send(self, message: dict[str, Any]) -> None:
         with self._writing:
             try:
                 self._socket.sendall(json.dumps(message).encode() + b"\n")
             except OSError as error:
-                raise LinkLost(str(error)) from error
+                raise self._lost(error) from error
 
     def _next(self) -> dict[str, Any]:
         try:
             line = self._lines.readline()
             return json.loads(line) if line else {}
         except (OSError, ValueError) as error:
-            raise LinkLost(str(error)) from error
+            raise self._lost(error) from error
 
     def _read(self) -> None:
         try:

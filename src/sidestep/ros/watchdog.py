@@ -94,6 +94,11 @@ class Watchdog:
             return f"the clock has stood still for {wall - self._moved:.1f} s"
         return next((trouble for name in self._required if (trouble := self._late(name, now))), "")
 
+    def wrong_clock(self, stamp: float, now: float) -> float:
+        """Seconds by which a stamp lies ahead of now (negative: behind), if that is too many; 0 if not, or no stamp."""
+        ahead = stamp - now
+        return ahead if stamp > 0 and abs(ahead) > self._timeout else 0.0
+
     def waits(self) -> bool:
         """Return whether some required input has never come."""
         return any(name not in self._arrivals for name in self._required)
@@ -112,8 +117,7 @@ class Watchdog:
         since = self._arrivals[name].since(now)
         if since > self._timeout:
             return f"no {name} for {since:.1f} s{useless}"
-        ahead = self._stamps[name] - now
-        if self._stamps[name] > 0 and abs(ahead) > self._timeout:
+        if ahead := self.wrong_clock(self._stamps[name], now):
             side = "ahead of" if ahead > 0 else "behind"
             return f"{name} is stamped {abs(ahead):.1f} s {side} now: a slow network, or clocks that differ"
         return ""
