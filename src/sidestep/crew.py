@@ -30,6 +30,12 @@ class Crew:
         self._spaces = [Workspace() for _ in range(threads)]
         self._helpers: tuple[int, ThreadPoolExecutor] | None = None
 
+    def __getstate__(self) -> int:
+        return len(self._spaces)  # a copy, or one in another process, has threads and scratch arrays of its own
+
+    def __setstate__(self, threads: int) -> None:
+        self.__init__(threads)
+
     def each(self, work: Callable[[Item, Workspace], Result], items: Sequence[Item]) -> list[Result]:
         """Return `work` of every item, in their order; whoever is free takes the next.
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from threading import Thread
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -141,6 +141,9 @@ class Detours:
         self._ways: Ways | None = None  # where there is no map
         self._laid: Laid | None = None
         self._laying: Laying | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_laying": None}  # a thread cannot be copied: what it lays is laid anew
 
     def course(self, site: Site, discs: Mapping[str, Disc], *, here: Vector, time: float) -> Course:
         """Return the way around walls, and around people who stand where that is worth it.

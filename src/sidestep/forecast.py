@@ -127,6 +127,9 @@ class Afterwards:
         self._workspace = Workspace()
         self._busy = Lock()
 
+    def __reduce__(self) -> tuple[type[Afterwards], tuple[()]]:
+        return type(self), ()  # nothing is known here that a copy would need
+
     def occupancy(self, subject: Subject, path: Path) -> Occupancy:
         """Where they will be if the robot moves along `path`."""
         with self._busy:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,3 +69,11 @@ def sealed(array: FloatArray) -> FloatArray:
     """Make an array that nobody else holds read-only, and return it."""
     array.setflags(write=False)
     return array
+
+
+def all_sealed(fields: dict[str, Any]) -> dict[str, Any]:
+    """Make every array among the fields of a value read-only again, which a copy or a pickle has forgotten."""
+    for value in fields.values():
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+    return fields

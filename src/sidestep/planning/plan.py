@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sidestep.planning.settings import PlannerSettings
-from sidestep.types import FloatArray, Path, Status, Vector, frozen_array
+from sidestep.types import FloatArray, Path, Status, Vector, all_sealed, frozen_array
 
 if TYPE_CHECKING:
     from sidestep.prediction.occupancy import Occupancy
@@ -46,6 +46,14 @@ class PersonPlan:
     def occupancy(self) -> Occupancy:
         """(N+1, cells…) probability over cells at k = 0..N, with `.lattice`."""
         return self.foretell()
+
+    def __reduce__(self) -> tuple[Callable[..., PersonPlan], tuple[Any, ...]]:
+        told = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "foretell"}
+        return _person_plan, (told, self.occupancy)
+
+
+def _person_plan(told: dict[str, Any], occupancy: Occupancy) -> PersonPlan:
+    return PersonPlan(**all_sealed(told), foretell=lambda: occupancy)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,6 +97,14 @@ class Plan:
     cost: float
     duration: float
     signal: bool = False
+
+    def __reduce__(self) -> tuple[Callable[..., Plan], tuple[Any, ...]]:
+        told = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "people"}
+        return _plan, (told, dict(self.people))
+
+
+def _plan(told: dict[str, Any], people: dict[str, PersonPlan]) -> Plan:
+    return Plan(**all_sealed(told), people=MappingProxyType(people))
 
 
 def stopped_plan(

@@ -63,6 +63,9 @@ class Occupancy:
         """(N+1, cells…), each instant sums to 1."""
         return self._given() if callable(self._given) else self._given
 
+    def __reduce__(self) -> tuple[Callable[..., Occupancy], tuple[Any, ...]]:
+        return _occupancy, (self.lattice, self.probability, self.time_step)
+
     @property
     def shape(self) -> tuple[int, ...]:
         """(N+1, cells…)."""
@@ -76,6 +79,10 @@ class Occupancy:
 
     def __len__(self) -> int:
         return len(self.probability)
+
+
+def _occupancy(lattice: Lattice, probability: FloatArray, time_step: float) -> Occupancy:
+    return Occupancy(lattice=lattice, probability=sealed(probability), time_step=time_step)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
