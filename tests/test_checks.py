@@ -15,6 +15,7 @@ from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.reaction import ReactionSettings
 from sidestep.obstacles import OccupancyGrid
 from sidestep.safety_filter import SafetyFilter
+from sidestep.simulation.loop import simulate
 from sidestep.simulation.scenario import Scenario
 
 MADE = (HumanModel, HabitSettings, ReactionSettings, PlannerSettings, Holonomic, DifferentialDrive)
@@ -202,3 +203,14 @@ def test_exceptions_come_out_of_other_processes_as_they_are(error, carried):
     assert type(again) is type(error)
     assert str(again) == str(error)
     assert vars(again) == vars(error)
+
+
+@pytest.mark.parametrize("value", [5, None, "planner"])
+def test_a_filter_of_something_else_is_refused_when_it_is_made(value):
+    with pytest.raises(InvalidInput, match=r"safety_filter.planner.*Planner"):
+        SafetyFilter(value)
+
+
+def test_a_name_is_no_scenario_and_it_says_what_reads_one():
+    with pytest.raises(InvalidInput, match=r"simulate.scenario.*'crossing'.*load_scenario"):
+        simulate("crossing")

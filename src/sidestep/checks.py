@@ -118,10 +118,10 @@ class Checks:
         object.__setattr__(self._value, name, value)
 
 
-def of_kind(field: str, value: object, *kinds: type, optional: bool = False) -> None:
+def of_kind(field: str, value: object, *kinds: type, optional: bool = False, mend: str = "") -> None:
     """Raise `InvalidInput` unless `value` is an instance of one of `kinds`, or None where it is optional."""
     if not isinstance(value, kinds) and not (value is None and optional):
-        raise InvalidInput(field, value, " or ".join(kind.__name__ for kind in kinds) + _remark("", optional))
+        raise InvalidInput(field, value, " or ".join(kind.__name__ for kind in kinds) + _remark("", optional), mend)
 
 
 def one_of(field: str, names: Iterable[str], known: Collection[str]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sidestep.checks import numbers_in
+from sidestep.checks import numbers_in, of_kind
 from sidestep.human.observation import PersonObservation
 from sidestep.planner import Planner
 from sidestep.planning.plan import Plan
@@ -43,6 +43,7 @@ class SafetyFilter:
     """
 
     def __init__(self, planner: Planner) -> None:
+        of_kind("safety_filter.planner", planner, Planner)
         self.planner = planner
 
     def filter(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from sidestep.checks import of_kind
 from sidestep.simulation.navigators import Navigator
 from sidestep.simulation.people import Builder
 from sidestep.simulation.record import Record
@@ -49,6 +50,9 @@ def simulate(
     Raises:
         InvalidInput: something is inside a wall or too close at the start, or a name is unknown.
     """
+    of_kind(
+        "simulate.scenario", scenario, Scenario, mend="sidestep.io.scenarios.load_scenario reads one, by name or file"
+    )
     if seed is not None:
         scenario = scenario.model_copy(update={"seed": seed})
     if scenario.robots:
