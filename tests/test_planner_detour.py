@@ -239,6 +239,31 @@ def test_a_new_map_every_second_is_no_progress():
     assert "people stand in every way to the goal" in trip.plan.reason
 
 
+def test_a_goal_that_is_moved_a_little_is_waited_for_as_before():
+    trip = trip_of(BASES["any velocity"], [(4.05, 0.1), (4.05, 4.8)], obstacles=ROOMS, horizon=5)
+    for call in range(60):
+        if call % 5 == 0:
+            trip.planner.goal = GOAL + 0.02 * np.array([np.cos(call), np.sin(call)])
+        trip.step()
+    assert "people stand in every way to the goal" in trip.plan.reason
+
+
+@pytest.mark.parametrize("what", ["map", "goal", "goal without a map"])
+def test_with_a_deadline_goal_and_map_may_be_set_before_every_call(what):
+    """A thread that lays the way around people is done after the next call: it was thrown away every time."""
+    wall = None if what == "goal without a map" else Obstacles(polygons=[[(2.0, -3.0), (2.1, -3.0), (2.1, -2.9)]])
+    trip = trip_of(BASES["any velocity"], a_row(4), goal=(7.0, 0.0), obstacles=wall, horizon=5, deadline=1.0)
+    while not trip.arrived and trip.time < 15.0:
+        if what == "map":
+            trip.planner.obstacles = Obstacles(polygons=trip.planner.obstacles.polygons)
+        else:
+            trip.planner.goal = (7.0, 0.01 * np.sin(trip.time))
+        trip.step()
+    assert trip.arrived, trip
+    trip.planner.goal = (7.0, 0.0, 1.0)  # in space there are no detours
+    trip.planner.goal = (7.0,) if wall is None else (7.0, 0.0)
+
+
 @pytest.mark.parametrize("width", [1.55, 1.6])
 @pytest.mark.parametrize("aside", [0.44, 0.5])
 def test_a_plan_that_waits_for_one_step_and_goes_then_is_not_made_for_ever(width, aside):

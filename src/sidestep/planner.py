@@ -113,7 +113,7 @@ class Planner:
 
     @goal.setter
     def goal(self, value: VectorLike) -> None:
-        self._site, self._last = self._at(value, self.obstacles, self.human), None
+        self._take(self._at(value, self.obstacles, self.human))
 
     @property
     def obstacles(self) -> Obstacles | None:
@@ -129,9 +129,15 @@ class Planner:
 
     def set_world(self, *, goal: VectorLike, obstacles: Obstacles | None) -> None:
         """Set the goal ((d,) m) and the map at once, where neither fits what the other was before."""
-        before, self._site, self._last = self.human, self._at(goal, obstacles, self._told), None
+        before = self.human
+        self._take(self._at(goal, obstacles, self._told))
         if self.human.goals != before.goals:
             self._minds = {}
+
+    def _take(self, site: Site) -> None:
+        """Plan for another goal or map from now on."""
+        self._site, self._last = site, None
+        self._detours.renew(site)
 
     @property
     def human(self) -> HumanModel:

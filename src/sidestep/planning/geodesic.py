@@ -99,10 +99,14 @@ class Ways:
     flanks: IntArray
     shut: BoolArray
 
+    @property
+    def far(self) -> Vector:
+        """(2,) m, place of the last cell."""
+        return self.corner + self.spacing * (np.array(self.free.shape) - 1)
+
     def covers(self, places: FloatArray) -> bool:
         """Whether all `places` (M, 2) m are on the raster."""
-        far = self.corner + self.spacing * (np.array(self.free.shape) - 1)
-        return bool(((places >= self.corner) & (places <= far)).all())
+        return bool(((places >= self.corner) & (places <= self.far)).all())
 
     def field(self, centres: FloatArray | None = None, radii: FloatArray | None = None) -> DistanceField:
         """Walk from the goal over all cells: Dijkstra with 16 neighbours, from those in sight.
