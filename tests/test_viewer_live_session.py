@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import json
 import struct
+import sys
 import weakref
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 
 from made_records import made_record
 from scripted_navigators import Blind, Pondering
-from sidestep.errors import InvalidInput
+from sidestep.errors import InvalidInput, MissingExtra
 from sidestep.io.records import read_record, write_record
 from sidestep.io.scenarios import load_obstacles, load_scenario, shipped_names
 from sidestep.simulation.metrics import measure
@@ -179,6 +180,24 @@ def test_what_does_not_fit_the_scenario_is_told_and_changes_nothing():
     assert _run(session, 1.0)["frame"][-1]["time"] > 1.9
 
 
+def test_a_planner_that_cannot_be_made_leaves_the_world_as_it_was():
+    """What it needs may be missing, and only making it says so."""
+
+    def choose(name, scenario, walls):
+        if name == "orca":
+            raise MissingExtra("ORCA", "peers")
+        return Pondering(scenario)
+
+    session = Session(load=load_scenario, settings=LiveSettings(), choose=choose)
+    before = _run(session, 1.0)["frame"][-1]
+    session.configure(session.settings.changed("beside", "orca"))
+    after = _run(session, 0.05)["frame"][-1]
+    assert "sidestep[peers]" in after["trouble"]
+    assert session.settings.beside == "nothing"
+    assert len(after["panels"]) == 1
+    assert after["time"] == pytest.approx(before["time"] + 0.05)
+
+
 @pytest.mark.parametrize("name", [n for n in shipped_names() if load_scenario(n).dimension == 2])
 def test_every_flat_scenario_can_be_visited(name):
     session = _session(scenario=name, beside="orca")
@@ -330,6 +349,17 @@ def test_a_bad_setting_leaves_a_visit_as_it_was():
     with pytest.raises(InvalidInput):
         visit.change("scenario", "nowhere")
     assert visit.settings == LiveSettings()
+
+
+@pytest.mark.parametrize(("name", "package"), [("orca", "pyrvo"), ("cv_mpc", "casadi")])
+def test_a_planner_that_is_not_installed_is_refused_with_what_to_install(monkeypatch, name, package):
+    monkeypatch.setitem(sys.modules, package, None)
+    visits = Visits(load=load_scenario, settings=LiveSettings(), record=None)
+    visit = visits.get(visits.admit())
+    with pytest.raises(MissingExtra, match=r"sidestep\[peers\]"):
+        visit.change("beside", name)
+    assert visit.settings == LiveSettings()
+    assert _run(visit.enter(), 0.1)["frame"]
 
 
 def test_a_map_file_stops_the_visitor_and_is_drawn(tmp_path):

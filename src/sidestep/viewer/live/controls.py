@@ -152,6 +152,7 @@ class Controls:
             self.visit.change(name, value)
         except SidestepError as error:
             ui.notify(str(error), type="warning", multi_line=True)
+            self.cards.refresh()  # they show what is in force again
             return
         if name == "scenario":
             self.cards.refresh()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
+from sidestep.errors import MissingExtra
 from sidestep.simulation.assembly import planner_of
 from sidestep.simulation.navigators import Navigator, Trip
 from sidestep.simulation.outlines import outlines
@@ -20,6 +22,13 @@ TITLES = {
     "cv_mpc": "constant-velocity MPC",
     "orca": "ORCA",
 }
+NEEDS = {"cv_mpc": "casadi", "orca": "pyrvo"}  # packages of the extra "peers"
+
+
+def require(name: str) -> None:
+    """Raise `MissingExtra` where the planner `name` (a key of `TITLES`) needs a part that is not installed."""
+    if name in NEEDS and find_spec(NEEDS[name]) is None:
+        raise MissingExtra(TITLES[name], "peers")
 
 
 def navigator_of(name: str, scenario: Scenario, obstacles: Any) -> Navigator:

@@ -175,7 +175,7 @@ class Session:
         )
         try:
             if not same:
-                self._open(settings)
+                self._reopen(settings)
                 return
             self._scenario = stage.with_settings(self._load(settings.scenario), settings)
             self.settings = settings
@@ -186,8 +186,17 @@ class Session:
         except SidestepError as error:
             self.trouble = str(error)
 
+    def _reopen(self, settings: LiveSettings) -> None:
+        """Everybody at the start; on trouble, which may come with the planners, the old world stays."""
+        before = vars(self).copy()
+        try:
+            self._open(settings)
+        except SidestepError:
+            vars(self).update(before)
+            raise
+
     def _open(self, settings: LiveSettings) -> None:
-        """Everybody at the start; on trouble the old world stays."""
+        """Everybody at the start."""
         source = self._load(settings.scenario)
         scenario = stage.with_settings(source, settings)
         obstacles = self._walls(source)

@@ -8,6 +8,7 @@ from sidestep.errors import InvalidInput
 from sidestep.simulation.assembly import obstacles_of
 from sidestep.simulation.record import Record
 from sidestep.viewer.live import stage
+from sidestep.viewer.live.navigators import require
 from sidestep.viewer.live.replay import Replay
 from sidestep.viewer.live.session import Load, Session, Walls
 from sidestep.viewer.live.settings import LiveSettings
@@ -53,8 +54,10 @@ class Visit:
 
         Raises:
             InvalidInput: it is not allowed; nothing has changed.
+            MissingExtra: the planner beside ours is not installed; nothing has changed.
         """
         settings = self.settings.changed(name, value)
+        require(settings.beside)
         self._load(settings.scenario)
         self.settings = settings
         if isinstance(self.world, Session):

@@ -104,7 +104,7 @@ class App {
   }
 
   say(frame) {
-    const words = frame.panels.map((panel) => panel.words);
+    const words = [...frame.panels.map((panel) => panel.words), frame.trouble].filter(Boolean);
     if (words.join() === this.shownWords) return;
     this.shownWords = words.join();
     this.words.replaceChildren(
@@ -116,6 +116,7 @@ class App {
         return line;
       }),
     );
+    if (frame.trouble) this.words.append(Object.assign(document.createElement("p"), { textContent: frame.trouble }));
     const now = performance.now();
     if (now - this.said > SAY_EVERY) {
       this.said = now;
