@@ -123,6 +123,22 @@ def test_visitors_scrub_independently(house):
         assert _until(two, "frame")["index"] == 0
 
 
+def test_a_page_that_connects_again_does_not_run_twice_as_fast(house):
+    """A connection that broke on its way is not known to be dead for a while; only the newest one counts."""
+    token = house.visits.admit()
+    with house.enter(token) as old:
+        _until(old, "frame")
+        with house.enter(token) as new:
+            _until(new, "frame")
+            with pytest.raises(ConnectionClosed):
+                for _ in range(100):
+                    old.receive(timeout=20)
+            new.send('{"type":"seek","index":9}')
+            while _until(new, "frame")["index"] != 9:
+                pass
+    assert house.visits.get(token).world.index == 9
+
+
 def test_a_world_is_freed_when_its_page_is_gone(house, monkeypatch):
     monkeypatch.setattr(stream, "GRACE", 0.05)
     token = house.visits.admit()

@@ -33,6 +33,7 @@ def routes(visits: Visits, workers: Executor) -> APIRouter:
             await socket.close(UNKNOWN)
             return
         visit.connections += 1
+        visit.driver = socket  # a page that reconnects may have left a connection behind that is not known to be dead
         listener = asyncio.create_task(_listen(socket, visit))
         try:
             await _play(socket, visit, workers, listener)
@@ -66,10 +67,13 @@ async def _listen(socket: WebSocket, visit: Visit) -> None:
 
 
 async def _play(socket: WebSocket, visit: Visit, workers: Executor, listener: asyncio.Task[None]) -> None:
-    """Advance the world in real time, as long as the page listens; when planning is too slow the world slows down."""
+    """Advance the world in real time, as long as the page listens; when planning is too slow the world slows down.
+
+    Of several connections of one page the newest advances its world.
+    """
     loop = asyncio.get_running_loop()
     due = loop.time()
-    while not listener.done():
+    while not listener.done() and visit.driver is socket:
         try:
             packets, interval = await loop.run_in_executor(workers, _tick, visit)
         except Exception:  # a fault of ours must not take the server, or other visitors, with it
@@ -89,10 +93,11 @@ async def _play(socket: WebSocket, visit: Visit, workers: Executor, listener: as
 
 
 def _tick(visit: Visit) -> tuple[list[Packet], float]:
-    world = visit.world
-    if world is None:
-        world = visit.enter()
-    return world.tick(), world.interval
+    with visit.turn:
+        world = visit.world
+        if world is None:
+            world = visit.enter()
+        return world.tick(), world.interval
 
 
 def _free_if_alone(visit: Visit) -> None:

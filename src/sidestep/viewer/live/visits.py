@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import threading
 
 from sidestep.errors import InvalidInput
 from sidestep.simulation.assembly import obstacles_of
@@ -33,6 +34,8 @@ class Visit:
         self.trouble = ""
         self.malformed = 0
         self.connections = 0
+        self.driver: object = None  # the connection that advances the world
+        self.turn = threading.Lock()  # one step at a time
         self._load = load
         self._walls = walls
         self._record = record
