@@ -9,6 +9,7 @@ import pytest
 
 from sidestep.errors import InvalidFile, UnknownName
 from sidestep.io.tracks import read_recording, read_recordings, scene_names
+from sidestep.simulation.people import Recorded
 
 HEADER = "scene,t,agent,kind,x,y\n"
 ROWS = "s,0.4,a,ped,1.0,0.0\ns,0.0,a,ped,0.0,0.0\ns,0.8,a,ped,3.0,0.0\ns,0.0,v,veh,9.0,9.0\nu,1.0,a,ped,0,0\n"
@@ -134,3 +135,29 @@ def test_the_recorded_sets_are_read(name, scenes, interval):
             [np.linalg.norm(np.diff(t.positions, axis=0), axis=1) / np.diff(t.time) for t in people]
         )
         assert np.median(speeds) < 3.0
+
+
+def test_who_bears_a_name_again_after_a_pause_was_away_in_between(tmp_path):
+    """Where they turn up says nothing of where they were: nobody slides there, and no velocity leads there."""
+    path = tmp_path / "tracks.csv"
+    rows = [f"s,{0.1 * k:.1f},a,ped,{0.1 * k:.1f},0" for k in range(50)]
+    again = [f"s,{25 + 0.1 * k:.1f},a,ped,9,{0.1 * k:.1f}" for k in range(50)]
+    path.write_text(HEADER + "\n".join(rows + again) + "\n")
+    (a,) = read_recording(path).tracks
+    np.testing.assert_allclose(a.stays, [[0.0, 4.9], [25.0, 29.9]])
+    assert np.isnan(a.at(np.array([5.0, 15.0, 24.9]))).all()
+    np.testing.assert_allclose(a.at(np.array([4.9, 25.0])), [[4.9, 0.0], [9.0, 0.0]])
+    assert a.velocity_before(25.0, 0.4) is None
+    np.testing.assert_allclose(a.velocity_before(25.1, 0.4), [0.0, 1.0])
+    person = Recorded(a, 2.0, 0.3)
+    assert [person.position(t) is None for t in (0.0, 2.9, 3.0, 22.9, 23.0)] == [False, False, True, True, False]
+
+
+def test_samples_that_are_always_rare_and_one_that_is_missing_are_no_gaps(tmp_path):
+    path = tmp_path / "tracks.csv"
+    rare = [f"s,{k},a,ped,{k},0" for k in range(9)]
+    missing = [f"s,{0.4 * k:.1f},b,ped,{0.4 * k:.1f},0" for k in range(9) if k != 4]
+    path.write_text(HEADER + "\n".join(rare + missing) + "\n")
+    for track in read_recording(path).tracks:
+        assert len(track.stays) == 1
+        np.testing.assert_allclose(track.at(1.7), [1.7, 0.0])

@@ -110,14 +110,12 @@ class Recorded:
         self.goal: Vector | None = None
         self.told_goal: Vector | None = None
         self.awareness = float("nan")
-        self._begin, self._end = float(track.time[0]) - 1e-3, float(track.time[-1]) + 1e-3
+        self._stays = [(float(begin) - 1e-3, float(end) + 1e-3) for begin, end in track.stays]
 
     def position(self, time: float) -> Vector | None:
-        """As recorded; None before and after the track."""
+        """As recorded; None before and after the track, and in its gaps."""
         t = time + self.offset
-        if not self._begin <= t <= self._end:
-            return None
-        return self.track.at(t)
+        return self.track.at(t) if any(begin <= t <= end for begin, end in self._stays) else None
 
     def velocity_before(self, time: float, window: float) -> Vector | None:
         """Mean velocity (d,) m/s over the samples of the last `window` s up to `time`; None without a past."""

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from sidestep.errors import InvalidInput
 from sidestep.types import FloatArray, Vector, frozen_array
+
+LONGEST_GAP = 0.85
+"""s between two samples, over which an agent is taken to have been there: one missing at 2.5 Hz."""
+_RARE = 2.1  # usual intervals, over which it is where samples are rarer than that
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -19,12 +23,15 @@ class Track:
         agent: identity; kind: "ped", "veh", "robot", …
         time: (K,) s, strictly increasing.
         positions: (K, d) m.
+        stays: (S, 2) s, first and last sample of every time that the agent was there. Who is seen again after a gap was
+            away in between, or somebody else bears the name now: where they turn up says nothing of where they were.
     """
 
     agent: str
     kind: str
     time: FloatArray
     positions: FloatArray
+    stays: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", frozen_array(self.time))
@@ -35,14 +42,16 @@ class Track:
             raise InvalidInput(f"track {self.agent!r}", "a value that is not finite", "finite times and positions")
         if (np.diff(self.time) <= 0).any():
             raise InvalidInput(f"track {self.agent!r}", "times that stand still or run back", "increasing times")
+        object.__setattr__(self, "stays", frozen_array(_stays(self.time)))
 
     def at(self, time: float | FloatArray) -> FloatArray:
         """Positions at `time`, (d,) or (T, d) m, linear between the samples; NaN where the agent is absent.
 
-        Instants up to a millisecond outside the track count as its ends.
+        Instants up to a millisecond outside of `stays` count as their ends.
         """
         t = np.asarray(time, dtype=np.float64)
-        inside = (t >= self.time[0] - 1e-3) & (t <= self.time[-1] + 1e-3)
+        begins, ends = self.stays.T
+        inside = ((t[..., None] >= begins - 1e-3) & (t[..., None] <= ends + 1e-3)).any(axis=-1)
         columns = [np.interp(t, self.time, column) for column in self.positions.T]
         return np.where(inside[..., None], np.stack(columns, axis=-1), np.nan)
 
@@ -54,8 +63,12 @@ class Track:
         last = int(np.searchsorted(self.time, time + 1e-6, side="right")) - 1
         if last < 1:
             return None
+        begins = self.stays[:, 0]
+        come = int(np.searchsorted(self.time, begins[begins <= self.time[last]][-1]))
+        if last == come:
+            return None
         first = int(np.searchsorted(self.time, self.time[last] - window - 1e-6))
-        first = min(first, last - 1)
+        first = max(min(first, last - 1), come)
         return (self.positions[last] - self.positions[first]) / (self.time[last] - self.time[first])
 
 
@@ -98,3 +111,10 @@ class Recording:
     def snapped(self, time: float) -> float:
         """The sampling instant of the scene nearest to `time` (s): there, positions are measured, not interpolated."""
         return self.start + round((time - self.start) / self.interval) * self.interval
+
+
+def _stays(time: FloatArray) -> FloatArray:
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    cuts = np.flatnonzero(steps > max(LONGEST_GAP, _RARE * usual))
+    return np.stack([time[np.append(0, cuts + 1)], time[np.append(cuts, len(steps))]], axis=1)

@@ -200,13 +200,14 @@ def _worthwhile(
 
 def _most_at_once(recording: Recording, start: float, end: float) -> int:
     present = list(recording.between(start, end))
-    seen = (sum(t.time[0] <= at <= t.time[-1] for t in present) for at in np.arange(start, end, 0.5).tolist())
-    return max(seen, default=0)
+    times = np.arange(start, end, 0.5, dtype=np.float64)
+    there = np.array([np.isfinite(track.at(times)[:, 0]) for track in present]).reshape(len(present), len(times))
+    return int(there.sum(axis=0).max(initial=0))
 
 
 def _sudden(present: Sequence[Track], time: float, way: FloatArray) -> bool:
     """Whether somebody is first seen, after `time`, within `SUDDEN` of the way (K, 2) m."""
-    begins = np.array([track.positions[0] for track in present if track.time[0] > time]).reshape(-1, 1, 2)
+    begins = np.array([place for t in present for place in t.at(t.stays[t.stays[:, 0] > time, 0])]).reshape(-1, 1, 2)
     return bool((np.linalg.norm(begins - way, axis=2) < SUDDEN).any())
 
 

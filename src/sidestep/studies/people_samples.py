@@ -13,7 +13,7 @@ from sidestep.human.observation import PersonObservation
 from sidestep.lattice import heading_rotation
 from sidestep.mind import Mind
 from sidestep.prediction.occupancy import Prediction, Workspace
-from sidestep.simulation.recordings import Recording, Track
+from sidestep.simulation.recordings import LONGEST_GAP, Recording, Track
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import FloatArray, Vector
 
@@ -130,7 +130,7 @@ def _of_track(scene: str, track: Track, watcher: Watcher, every: float) -> Itera
         )
 
 
-def without_gaps(track: Track, longest: float = 0.85) -> list[Track]:
+def without_gaps(track: Track, longest: float = LONGEST_GAP) -> list[Track]:
     """Cut a track where it was not sampled for more than `longest` s."""
     cuts = np.flatnonzero(np.diff(track.time) > longest) + 1
     parts = zip(np.split(track.time, cuts), np.split(track.positions, cuts), strict=True)
