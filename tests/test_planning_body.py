@@ -106,6 +106,21 @@ def test_who_stands_around_the_robot_is_not_driven_into(name, seed):
     assert trip.nearest > 0.5
 
 
+@pytest.mark.parametrize("measured", [(np.nan, np.nan), (0.0, np.inf), (0.0, 0.0, 0.0), (0.0,)])
+@pytest.mark.parametrize("name", BASES)
+def test_a_velocity_that_is_none_counts_as_not_measured(name, measured):
+    """The body of a base with two wheels went nowhere that is a place, so that it ran into nobody."""
+    person = PersonObservation(id="a", position=(0.0, 0.58), velocity=(0.0, 0.0))
+    answers = []
+    for velocity in (None, measured):
+        planner = Planner(robot=BASES[name], goal=(0.0, 3.0))
+        state = RobotState(position=(0.0, 0.0), heading=2.5, velocity=velocity)
+        answers.append([planner.step(time=0.2 * n, robot=state, people=[person]) for n in range(3)])
+    for expected, plan in zip(*answers, strict=True):
+        assert plan.status == expected.status, plan.reason
+        assert np.array_equal(plan.positions, expected.positions)
+
+
 @pytest.mark.parametrize("name", BASES)
 @pytest.mark.parametrize("wish", [(1.0, 0.0), (0.0, 0.0), (-1.0, 0.0)])
 def test_a_filter_never_drives_into_who_stands_before_a_dead_end(name, wish):

@@ -41,13 +41,16 @@ class OwnMotion:
         return self._asked[1]
 
     def completed(self, time: float, measured: RobotState) -> RobotState:
-        """Return the state with a velocity where one is needed: as measured, else reckoned since the last call."""
+        """Return the state with a velocity where one is needed: as measured, else reckoned since the last call.
+
+        What cannot be a velocity of this base is none, whether one is needed or not.
+        """
         before, here = self._was, self._robot.reference(measured)
         self._was = time, here
-        if self._robot.planning_acceleration is None:
-            return measured
         known = [measured.velocity]
-        if before is not None and 0.0 < time - before[0] <= self._timeout:
+        if self._robot.planning_acceleration is None:
+            pass  # the base has whatever velocity it is asked for
+        elif before is not None and 0.0 < time - before[0] <= self._timeout:
             elapsed = time - before[0]
             known.append(self._reached((here - before[1]) / elapsed, elapsed))
         else:
