@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sidestep
-from made_trips import ROOMS, Trip
+from made_trips import ROOMS, Trip, bases
 from sidestep.errors import InvalidInput
 from sidestep.fleet import LEAST_MARGIN, Announced, FleetPlanner
 from sidestep.io.records import read_record, write_record
@@ -20,6 +20,7 @@ from sidestep.simulation.metrics import measure
 from sidestep.simulation.team import TeamRun
 
 ROBOT = sidestep.Holonomic(max_speed=1.0, radius=0.3, shape="disc")
+BASES = bases(radius=0.3, turning=3.0)
 coordinate = st.floats(-3.0, 3.0)
 pace = st.floats(-1.0, 1.0)
 
@@ -92,6 +93,20 @@ def test_both_robots_arrive_without_touching(seed, tmp_path):
         np.testing.assert_array_equal(record.other_robots[:, 0], records[1 - i].robot_positions)
     again = read_record(write_record(records[0], tmp_path / "record.npz"))
     assert measure(again).robot_min_distance == measure(records[0]).robot_min_distance
+
+
+@pytest.mark.parametrize("heading", [0.0, 3.0])
+@pytest.mark.parametrize("gap", [0.02, 0.12])
+@pytest.mark.parametrize("name", BASES)
+def test_a_robot_leaves_another_that_is_parked_beside_it(name, gap, heading):
+    """To stand was charged a third of what it costs to go: with its point ahead of the axle it stood for ever."""
+    robot, parked = BASES[name], np.array([-0.6 - gap, 0.0])
+    trip = Trip(FleetPlanner(robot=robot, goal=(3.0, 0.0)), heading=heading, period=0.1)
+    while not trip.arrived and trip.time < 9.0:
+        trip.planner.announce([Announced(path=[parked, parked], radius=0.3, settled=True)])
+        trip.step()
+    assert trip.arrived, str(trip)
+    assert np.linalg.norm(np.array(trip.path) - parked, axis=1).min() > 0.6 + min(gap, LEAST_MARGIN) - 1e-3
 
 
 def test_robots_that_would_stand_in_each_other_are_refused():

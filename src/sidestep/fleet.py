@@ -12,6 +12,7 @@ anybody, as long as the bases do what they are told.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from time import perf_counter
@@ -24,6 +25,7 @@ from sidestep.errors import InvalidInput
 from sidestep.forecast import Forecast
 from sidestep.human.observation import PersonObservation
 from sidestep.lattice import Lattice
+from sidestep.lazily import lazy
 from sidestep.planner import Planner
 from sidestep.planning.plan import Plan
 from sidestep.planning.problem import PlanningProblem
@@ -37,6 +39,7 @@ from sidestep.types import FloatArray, Path, Vector, VectorLike, frozen_array, p
 MARGIN = 0.10  # m beyond contact that plans keep from other robots
 FIRST_MARGIN = 0.05  # m beyond contact that the first action keeps
 LEAST_MARGIN = 0.01  # m beyond contact, below which the robot stops
+_STANDS = 0.25  # m/s, below which a robot stands
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -151,6 +154,17 @@ class AmongRobots(Situation):
     """
 
     others: tuple[Announced, ...] = ()
+
+    @lazy
+    def beset(self) -> bool:
+        """Whether the robot had better leave: because of people, or since another robot stands within its margin."""
+        return super().beset or (not self._anybody_comes and any(map(self._stands_too_near, self.others)))
+
+    def _stands_too_near(self, other: Announced) -> bool:
+        """Whether another robot stands nearer than plans keep from it."""
+        going = other.first_velocities(self.settings.time_step)
+        near = math.dist(other.path[0], self.start) < self.robot.planning_radius + other.radius + MARGIN
+        return near and float(np.abs(going).max()) < _STANDS
 
     def problem_under(self, seen: Forecast) -> PlanningProblem:
         """Return Eq. 9 under a prediction, in which other robots count like people who are sure of their way."""
