@@ -7,7 +7,7 @@ import socket
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 
 import pytest
 
@@ -21,6 +21,7 @@ from made_records import made_record
 from sidestep.errors import InvalidInput
 from sidestep.io.scenarios import load_scenario
 from sidestep.viewer.live import server, stream
+from sidestep.viewer.live import visits as visits_module
 from sidestep.viewer.live.settings import LiveSettings
 from sidestep.viewer.live.visits import Visits
 
@@ -107,6 +108,25 @@ def test_a_flood_of_malformed_messages_is_shown_the_door(house):
     assert closed.value.reason == stream.TOO_MUCH
 
 
+def test_many_who_open_the_page_at_once_get_no_more_worlds_than_there_are_places(house, monkeypatch):
+    """A class does that: each has the page before the first of them has a world."""
+    monkeypatch.setattr(visits_module, "MOST_VISITORS", 3)
+    monkeypatch.setattr(stream, "GRACE", 0.05)
+    tokens = [house.visits.admit() for _ in range(5)]
+    with ExitStack() as open_pages:
+        for token in tokens[:3]:
+            _until(open_pages.enter_context(house.enter(token)), "frame")
+        for token in tokens[3:]:
+            with house.enter(token) as page, pytest.raises(ConnectionClosed):
+                page.receive(timeout=20)
+        assert house.visits.worlds == 3
+        assert house.visits.admit() is None
+    while house.visits.worlds:
+        time.sleep(0.05)
+    with house.enter(tokens[4]) as page:  # who goes on trying gets in
+        _until(page, "frame")
+
+
 def test_nobody_gets_in_without_a_token(house):
     with house.enter("guess") as page, pytest.raises(ConnectionClosed):
         page.receive(timeout=20)
@@ -131,8 +151,7 @@ def test_a_page_that_connects_again_does_not_run_twice_as_fast(house):
         with house.enter(token) as new:
             _until(new, "frame")
             with pytest.raises(ConnectionClosed):
-                for _ in range(100):
-                    old.receive(timeout=20)
+                _until(old, "never")
             new.send('{"type":"seek","index":9}')
             while _until(new, "frame")["index"] != 9:
                 pass

@@ -16,7 +16,7 @@ from sidestep.viewer.live.wire import Packet, text
 
 GRACE = 3.0  # s that a world outlives its connection
 MOST_MALFORMED = 500  # messages, after which a connection is closed
-UNKNOWN, TOO_MUCH = 4404, 4429  # closing codes: no such visit; too many malformed messages
+UNKNOWN, TOO_MUCH, FULL = 4404, 4429, 4503  # closing codes: no such visit; too many malformed messages; no place free
 
 log = logging.getLogger("sidestep.live")
 
@@ -31,6 +31,9 @@ def routes(visits: Visits, workers: Executor) -> APIRouter:
         await socket.accept()
         if visit is None:
             await socket.close(UNKNOWN)
+            return
+        if not visit.present and visits.full:  # many may have opened the page before the first of them had a world
+            await socket.close(FULL)
             return
         visit.connections += 1
         visit.driver = socket  # a page that reconnects may have left a connection behind that is not known to be dead

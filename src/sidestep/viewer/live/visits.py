@@ -48,6 +48,11 @@ class Visit:
         self.world.greet()
         return self.world
 
+    @property
+    def present(self) -> bool:
+        """The page has a world, or is connected and about to get one."""
+        return self.world is not None or self.connections > 0
+
     def free(self) -> None:
         """Let go of the world and its planners; `enter` makes a new one."""
         self.world = None
@@ -123,9 +128,14 @@ class Visits:
         """Worlds, with their planners, that are held in memory."""
         return sum(visit.world is not None for visit in self._visits.values())
 
+    @property
+    def full(self) -> bool:
+        """No place is free."""
+        return sum(visit.present for visit in self._visits.values()) >= MOST_VISITORS
+
     def admit(self) -> str | None:
         """Return the token of a new visit, or None when there are too many worlds already."""
-        if self.worlds >= MOST_VISITORS:
+        if self.full:
             return None
         token = secrets.token_urlsafe(16)
         self._visits[token] = Visit(load=self._load, settings=self._settings, record=self._record, walls=self._walls)

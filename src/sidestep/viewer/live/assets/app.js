@@ -9,6 +9,7 @@ import { Steering } from "./steering.js";
 import { Transport } from "./transport.js";
 
 const SAY_EVERY = 3000; // ms between two readings aloud
+const FULL = 4503; // closing code: no place is free
 
 class App {
   constructor(host) {
@@ -19,7 +20,7 @@ class App {
       <div class="hint" hidden><strong>You are the person.</strong> <span class="coarse">Drag yourself with a finger.</span>
         <span class="fine">Drag yourself with the mouse, or walk with the arrow keys.</span></div>
       <div class="ready" role="status">Getting ready…</div>
-      <div class="lost" role="alert" hidden>Connection lost. Trying again…</div>`;
+      <div class="lost" role="alert" hidden></div>`;
     this.canvas = host.querySelector("#scene");
     this.words = host.querySelector(".words");
     this.spoken = host.querySelector(".spoken");
@@ -31,7 +32,7 @@ class App {
     this.latest = null;
     this.link = new Link(address(host.dataset.token), {
       onMessage: (message) => this[`on_${message.type}`]?.(message),
-      onState: (open) => this.connected(open),
+      onState: (open, code) => this.connected(open, code),
     });
     this.measure = new Measure(host.querySelector(".measured"), this.link);
     this.transport = new Transport(host.querySelector(".transport"), this.link, this.scene);
@@ -55,8 +56,10 @@ class App {
     if (this.interrupted) this.link.send({ type: hidden ? "pause" : "play" });
   }
 
-  connected(open) {
-    this.host.querySelector(".lost").hidden = open;
+  connected(open, code) {
+    const lost = this.host.querySelector(".lost");
+    lost.textContent = code === FULL ? "All places are taken at the moment. Trying again…" : "Connection lost. Trying again…";
+    lost.hidden = open;
     if (open) this.playback.clear();
   }
 

@@ -17,8 +17,8 @@ export class Link {
     this.socket = new WebSocket(this.url);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => this.onState(true);
-    this.socket.onclose = () => {
-      this.onState(false);
+    this.socket.onclose = (event) => {
+      this.onState(false, event.code);
       setTimeout(() => this.open(), RETRY_AFTER);
     };
     this.socket.onmessage = (event) => {
