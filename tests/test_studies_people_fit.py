@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,10 +18,12 @@ from sidestep.human.model import HumanModel
 from sidestep.io.human_models import read_human_model, write_human_model
 from sidestep.io.scenarios import load_scenario
 from sidestep.simulation.recordings import Recording, Track
+from sidestep.studies import people_prediction
+from sidestep.studies.people_baseline import ConstantVelocity, fit_baseline
 from sidestep.studies.people_features import class_weights, features, losses
 from sidestep.studies.people_fit import fit_model, packed, unpacked, walking_speeds
-from sidestep.studies.people_grid import masses, reach_of, score
-from sidestep.studies.people_prediction import predict_moment, prediction_study
+from sidestep.studies.people_grid import Score, masses, reach_of, score
+from sidestep.studies.people_prediction import fold_names, predict_moment, prediction_study
 from sidestep.studies.people_samples import HORIZONS, Moment, Watcher, moments
 
 INDICES = [0, 2, 5, 11]
@@ -176,6 +179,41 @@ def test_the_commands_fit_and_evaluate_people(tmp_path: Path, capsys: pytest.Cap
     assert (tmp_path / "out" / "people-prediction.png").exists()
     for wrong in (["--vehicle", "tram"], ["--without", "nowhere"]):
         assert execute(["evaluate", "--people", str(tracks), *wrong, "--out", str(tmp_path / "out")]) == 2
+
+
+def test_nobody_of_a_single_scene_is_scored_who_was_fitted_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted: list[set[str]] = []
+    scored: list[set[str]] = []
+
+    def spied(found: Sequence[Moment], horizons: Sequence[float], indices: Sequence[int]) -> ConstantVelocity:
+        fitted.append({m.agent for m in found})
+        return fit_baseline(found, horizons, indices)
+
+    def seen(_own: Sequence[Score], _hard: Sequence[Score], tracks: Sequence[str]) -> dict[str, float | None]:
+        scored.append({track.partition("/")[2] for track in tracks})
+        return {}
+
+    monkeypatch.setattr(people_prediction, "fit_baseline", spied)
+    monkeypatch.setattr(people_prediction, "_compared", seen)
+    rows = prediction_study({"plaza": wavering(5, sigma=0.1, duration=9.0)}, HumanModel(), most=0, every=3.2)
+    assert list(dict.fromkeys(r["scene"] for r in rows)) == [*(f"plaza, part {n}" for n in (1, 2, 3, 4)), "all"]
+    for part, others in enumerate(fitted):
+        own = scored[2 * len(people_prediction.SCORED) * part]
+        assert own
+        assert own.isdisjoint(others)
+    assert len(set[str]().union(*scored)) == 5
+
+
+def test_many_scenes_of_one_family_are_not_all_left_out_together() -> None:
+    families = fold_names([f"s{n % 2}_{n}" for n in range(45)])
+    assert set(families.values()) == {"s0", "s1"}
+    folds = fold_names([f"rec_{n:02d}" for n in range(45)])
+    assert len(folds) == 45
+    assert len(set(folds.values())) == 30
+
+
+def test_nothing_is_scored_on_the_only_person_there_is() -> None:
+    assert prediction_study({"a": wavering(1, sigma=0.1)}, HumanModel(), most=0, every=3.2) == []
 
 
 def test_the_prediction_study_scores_everybody_on_the_same_moments() -> None:

@@ -41,6 +41,7 @@ class PeopleRequest:
 
 def evaluate_people(request: PeopleRequest) -> dict[str, Any]:
     """Run the studies on every file; the object that --json prints."""
+    from sidestep.commands.console import say
     from sidestep.human.model import HumanModel
     from sidestep.io.human_models import read_human_model
     from sidestep.io.tracks import read_recordings
@@ -54,12 +55,18 @@ def evaluate_people(request: PeopleRequest) -> dict[str, Any]:
         recordings = {k: r for k, r in every.items() if k not in request.without}
         label = {"file": name_of(file)}
         if "prediction" in request.studies:
-            found["prediction"] += [label | row for row in _predictions(recordings, model, request)]
+            rows = _predictions(recordings, model, request)
+            if not rows:
+                say(f"{file}: no predictions scored: fewer than two people seen for 7.6 s, every 0.85 s at least")
+            found["prediction"] += [label | row for row in rows]
         vehicle = vehicle_of(recordings, request.vehicles[n] if request.vehicles else None)
         if "awareness" in request.studies and vehicle is not None:
             found["awareness"] += [label | row for row in _beliefs(recordings, model, vehicle, request)]
         if "replay" in request.studies:
-            found["replay"] += [label | row for row in _trips(file, request)]
+            rows = _trips(file, request)
+            if not rows:
+                say(f"{file}: no trips: no scene of over 10 s in which a robot meets somebody on a way of 7 to 10 m")
+            found["replay"] += [label | row for row in rows]
     return {"people": found, "seed": request.seed}
 
 

@@ -31,7 +31,8 @@ def fit(
         kinds: comma-separated kinds of agents that are people.
         without: comma-separated scenes that are left out.
         every: s between the moments of a track.
-        most: about so many moments are scored with one scene left out at a time; 0: no such score.
+        most: about so many moments are scored with one scene left out at a time, or a quarter of the people of a
+            single one; 0: no such score.
         seed: of the choice of moments.
         json: print one JSON object and nothing else.
     """
@@ -56,6 +57,8 @@ def fit(
     show(f"people stand in {100 * (speeds['standing'] or 0.0):.0f} % of their steps")
     show(f"measurement noise {model['measurement_noise']:g} m, randomness {result['randomness']:.4f}")
     show(f"fitted to {result['moments']} moments: {result['nll']:.3f} nat ({result['nll_before']:.3f} before)")
+    if most > 0 and not result["left_out"]:
+        show("not scored: nobody can be left out where only one person was seen for long enough")
     _show_scores(result["left_out"])
     show(f"wrote {result['file']}")
 
@@ -97,7 +100,7 @@ def make(
         found = fit_model(recordings, model, kinds=kinds, every=every, seed=seed, progress=tell)
     left_out: list[dict[str, Any]] = []
     if most > 0:
-        with progress_bar("one scene left out at a time") as tell:
+        with progress_bar("what is left out at a time") as tell:
             left_out = prediction_study(
                 recordings, model, kinds=kinds, fitted=True, every=every, most=most, seed=seed, progress=tell
             )
@@ -128,4 +131,4 @@ def _show_scores(rows: list[dict[str, Any]]) -> None:
         for r in whole
     ]
     header = ("predictor", "s ahead", "moments", "log loss, nat", "95 % region covers")
-    table(lines, title="scenes that were left out", header=header)
+    table(lines, title="left out, a scene at a time or a quarter of the people of a single one", header=header)

@@ -1,4 +1,7 @@
-"""How well people are predicted: ours and the baseline on the same moments, one scene left out at a time."""
+"""How well people are predicted: ours and the baseline on the same moments, one scene left out at a time.
+
+Where there is only one scene, a quarter of its people are left out at a time, those who came about the same time.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from sidestep.studies.people_baseline import fit_baseline
 from sidestep.studies.people_features import Features, features
 from sidestep.studies.people_fit import fit_features, uninformed
 from sidestep.studies.people_grid import Density, Score, masses, mean_scores, reach_of, score
-from sidestep.studies.people_samples import HORIZONS, PAST, Moment, Watcher, moments
+from sidestep.studies.people_samples import HORIZONS, PAST, Moment, Watcher, moments, without_gaps
 
 SCORED = (0.4, 1.2, 2.4, 3.6, 4.8)
 """Seconds ahead at which predictions are scored."""
@@ -22,6 +25,7 @@ BASELINE = "constant-velocity"
 _INDICES = [HORIZONS.index(h) for h in SCORED]
 FOLD_ITERATIONS, FOLD_MOMENTS = 12, 400  # of a fit to the other scenes, which starts from round numbers
 FOLDS = 30  # more scenes than this are put together by the first part of their names
+PARTS = 4  # of the people of a single scene
 NEGLIGIBLE = 3e-7  # mass of a lattice cell and class that is left out of the mixture
 
 
@@ -63,6 +67,8 @@ def prediction_study(
 ) -> list[dict[str, Any]]:
     """Score ours and the baseline, scene by scene; what is fitted is fitted on the other scenes.
 
+    Of a single scene it is part by part. Nothing is scored where only one person was seen long enough.
+
     Args:
         recordings: by scene.
         model: of the people.
@@ -79,17 +85,20 @@ def prediction_study(
         Rows per scene (and "all"), predictor and horizon, JSON-able: nll (nat), over (nat, above the baseline's) and
         over_se (its standard error, tracks being independent), brier, coverage_*, area_* (m²).
     """
+    recordings = apart(recordings, kinds)
     folds = fold_names(list(recordings))
     of_fold: dict[str, list[Moment]] = {}
     for scene, recording in recordings.items():
         seen = moments(recording, model, kinds=kinds, every=every, expecting=False)
         of_fold.setdefault(folds[scene], []).extend(seen)
     of_fold = {fold: found for fold, found in of_fold.items() if found}
+    if len(of_fold) < 2:  # nobody to fit to
+        return []
     chosen = _thinned(recordings, folds, kinds, every, most / max(len(of_fold), 1), seed)
     scores: dict[tuple[str, str, int], list[Score]] = {}
     walked: dict[str, list[str]] = {}
-    for done, (fold, own) in enumerate(of_fold.items()):
-        others = [m for other, found in of_fold.items() if other != fold for m in found] or own
+    for done, fold in enumerate(of_fold):
+        others = [m for other, found in of_fold.items() if other != fold for m in found]
         models = {"sidestep": model}
         if fitted:
             models["sidestep-fitted"] = fit_features(
@@ -176,11 +185,36 @@ def _thinned(
     return {scene: Recording(name=scene, tracks=tuple(tracks)) for scene, tracks in kept.items()}
 
 
+def apart(recordings: Mapping[str, Recording], kinds: Sequence[str]) -> dict[str, Recording]:
+    """Return what is left out at a time: the scenes, or where people were seen long enough in only one, parts of it."""
+    long = {s: tuple(t for t in r.of_kinds(kinds).tracks if _lasts(t)) for s, r in recordings.items()}
+    scenes = [scene for scene, tracks in long.items() if tracks]
+    if len(scenes) != 1:
+        return dict(recordings)
+    came = sorted(long[scenes[0]], key=lambda track: (track.time[0], track.agent))
+    parts = np.array_split(np.arange(len(came)), min(PARTS, len(came)))
+    names = [f"{scenes[0]}, part {n + 1}" for n in range(len(parts))]
+    return {
+        name: Recording(name=name, tracks=tuple(came[i] for i in part)) for name, part in zip(names, parts, strict=True)
+    }
+
+
+def _lasts(track: Track) -> bool:
+    """Whether somebody was seen long enough at a stretch for a moment to lie there."""
+    return any(part.time[-1] - part.time[0] >= PAST + HORIZONS[-1] - 1e-6 for part in without_gaps(track))
+
+
 def fold_names(scenes: Sequence[str]) -> dict[str, str]:
-    """Return scene → the name under which it is left out: its own, or its family's where there are very many."""
+    """Return scene → the name under which it is left out: its own, or where there are very many that of its family.
+
+    A family has the first part of its scenes' names; where all are of one, scenes next to each other are put together.
+    """
     if len(scenes) <= FOLDS:
         return {scene: scene for scene in scenes}
-    return {scene: scene.replace("/", "_").split("_")[0] for scene in scenes}
+    families = {scene: scene.replace("/", "_").split("_")[0] for scene in scenes}
+    if len(set(families.values())) > 1:
+        return families
+    return {scene: f"part {n * FOLDS // len(scenes) + 1}" for n, scene in enumerate(sorted(scenes))}
 
 
 def _rows(
