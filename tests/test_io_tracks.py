@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sidestep.errors import InvalidFile, UnknownName
+from sidestep.errors import InvalidFile, InvalidInput, UnknownName
 from sidestep.io.tracks import read_recording, read_recordings, scene_names
 from sidestep.simulation.people import Recorded
+from sidestep.simulation.recordings import Recording, Track, check_people
 
 HEADER = "scene,t,agent,kind,x,y\n"
 ROWS = "s,0.4,a,ped,1.0,0.0\ns,0.0,a,ped,0.0,0.0\ns,0.8,a,ped,3.0,0.0\ns,0.0,v,veh,9.0,9.0\nu,1.0,a,ped,0,0\n"
@@ -78,6 +79,8 @@ def test_a_file_with_one_scene_needs_no_name(tmp_path, tracks):
         (HEADER + "s,0,a,ped,0,zero\n", "line 2, y: got 'zero'"),
         (HEADER + "s,0,a,ped,0,0\ns,nan,a,ped,0,0\n", "line 3, t: got 'nan'"),
         (HEADER + "s,0,a,ped,inf,0\n", "line 2, x"),
+        (HEADER + "s,0,a,ped,,0\n", "line 2, x: got ''; allowed: a finite number; leave the line out"),
+        ("scene;t;agent;kind;x;y\ns;0;a;ped;0;0\n", "put commas between the columns"),
         (HEADER + "s,0,a,ped,0,0\ns,0.0,a,ped,1,0\n", "agent 'a', t: got 0.0"),
     ],
 )
@@ -161,3 +164,40 @@ def test_samples_that_are_always_rare_and_one_that_is_missing_are_no_gaps(tmp_pa
     for track in read_recording(path).tracks:
         assert len(track.stays) == 1
         np.testing.assert_allclose(track.at(1.7), [1.7, 0.0])
+
+
+def test_spaces_around_a_value_are_no_part_of_it(tmp_path, tracks):
+    """Kind " ped" was nobody: a robot drove through an empty square."""
+    path = tmp_path / "spaced.csv"
+    path.write_text((HEADER + ROWS).replace(",", " , "))
+    for name, scene in read_recordings(tracks).items():
+        other = read_recordings(path)[name]
+        assert [(t.agent, t.kind) for t in other.tracks] == [(t.agent, t.kind) for t in scene.tracks]
+
+
+def square(kind="ped", unit=1.0, second=1.0):
+    """Two who walk 10 m at 1.3 m/s, and one who stands, in units of `unit` m and `second` s."""
+    time = np.arange(0.0, 7.7, 0.1)
+    ways = [np.outer(time, (1.3, 0.0)), np.outer(time, (0.0, 1.3)), np.zeros((len(time), 2))]
+    tracks = [Track(agent=str(n), kind=kind, time=time / second, positions=way / unit) for n, way in enumerate(ways)]
+    return Recording(name="square", tracks=tuple(tracks))
+
+
+@pytest.mark.parametrize(
+    ("scene", "words"),
+    [
+        (square("pedestrian"), "square.csv: kind: got 'pedestrian'; allowed: ped for people"),
+        (square(unit=0.001), "got 'people at 1300 m/s'"),
+        (square(unit=0.025), "got 'people at 52 m/s'"),
+        (square(second=0.001), "got '100 s between samples'; allowed: at most 10 s; convert to seconds"),
+    ],
+)
+def test_recordings_without_people_or_in_other_units_are_refused(scene, words):
+    with pytest.raises(InvalidInput) as caught:
+        check_people([scene], ("ped",), "square.csv")
+    assert words in str(caught.value)
+
+
+def test_people_in_metres_and_seconds_are_people():
+    fast = square(unit=1 / 6)  # on bicycles
+    check_people([square(), fast, Recording(name="empty", tracks=())], ("ped",), "square.csv")

@@ -45,14 +45,17 @@ def evaluate_people(request: PeopleRequest) -> dict[str, Any]:
     from sidestep.human.model import HumanModel
     from sidestep.io.human_models import read_human_model
     from sidestep.io.tracks import read_recordings
+    from sidestep.simulation.recordings import check_people
 
     _check(request)
     model = HumanModel() if request.model is None else read_human_model(request.model)
     found: dict[str, list[dict[str, Any]]] = {study: [] for study in STUDIES}
     recorded = [read_recordings(file) for file in request.files]
     one_of("--without", request.without, {name for recordings in recorded for name in recordings})
-    for n, (file, every) in enumerate(zip(request.files, recorded, strict=True)):
-        recordings = {k: r for k, r in every.items() if k not in request.without}
+    kept = [{k: r for k, r in every.items() if k not in request.without} for every in recorded]
+    for file, recordings in zip(request.files, kept, strict=True):
+        check_people(recordings.values(), ("ped",), str(file))
+    for n, (file, recordings) in enumerate(zip(request.files, kept, strict=True)):
         label = {"file": name_of(file)}
         if "prediction" in request.studies:
             rows = _predictions(recordings, model, request)

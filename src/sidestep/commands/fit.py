@@ -84,6 +84,7 @@ def make(
     from sidestep.io.files import ready_for
     from sidestep.io.human_models import read_human_model, write_human_model
     from sidestep.io.tracks import read_recordings
+    from sidestep.simulation.recordings import check_people
     from sidestep.studies.people_fit import fit_model, walking_speeds
     from sidestep.studies.people_prediction import prediction_study
     from sidestep.types import LARGEST
@@ -95,6 +96,7 @@ def make(
     every_scene = read_recordings(tracks)
     one_of("--without", without, every_scene)
     recordings = {k: r for k, r in every_scene.items() if k not in without}
+    check_people(recordings.values(), kinds, str(tracks))
     model = HumanModel() if start is None else read_human_model(start)
     with progress_bar("fit") as tell:
         found = fit_model(recordings, model, kinds=kinds, every=every, seed=seed, progress=tell)

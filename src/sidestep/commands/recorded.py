@@ -13,7 +13,7 @@ import numpy as np
 from sidestep.errors import InvalidInput
 from sidestep.io.scenarios import load_scenario
 from sidestep.io.tracks import read_recording
-from sidestep.simulation.recordings import Recording
+from sidestep.simulation.recordings import Recording, check_people
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.trips import Trip, choose_trip
 
@@ -48,6 +48,7 @@ class Source:
         assert self.file is not None
         recording = read_recording(self.file, self.scene)
         kinds = ("ped",)
+        check_people([recording], kinds, str(self.file))
         given = [change.partition("=")[0].strip().split(".")[:2] for change in changes]
         own_trip = ["robot", "start"] in given and ["robot", "goal"] in given
         plain = load_scenario(name, changes, people=[], recording=None)

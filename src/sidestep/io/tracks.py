@@ -114,7 +114,8 @@ def _number(path: Path, line: int, field: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InvalidFile(f"{path}, line {line}, {field}", text, "a finite number")
+        mend = "" if text else "leave the line out where nobody was seen"
+        raise InvalidFile(f"{path}, line {line}, {field}", text, "a finite number", mend)
     return value
 
 
@@ -127,14 +128,15 @@ def _rows(path: Path) -> Iterator[tuple[int, Sequence[str]]]:
             absent = [name for name in _NEEDED if name not in header]
             if absent:
                 got = ",".join(header)
-                raise InvalidFile(f"{path}, header", got, ",".join(_NEEDED) + "[,vx,vy]", f"add {', '.join(absent)}")
+                mend = "put commas between the columns" if len(header) == 1 else f"add {', '.join(absent)}"
+                raise InvalidFile(f"{path}, header", got, ",".join(_NEEDED) + "[,vx,vy]", mend)
             columns = [header.index(name) for name in _NEEDED]
             for row in reader:
                 if not row:
                     continue
                 if len(row) <= max(columns):
                     raise InvalidFile(f"{path}, line {reader.line_num}", ",".join(row), f"{len(header)} columns")
-                yield reader.line_num, [row[column] for column in columns]
+                yield reader.line_num, [row[column].strip() for column in columns]
     except FileNotFoundError:
         raise InvalidFile(str(path), "no such file", "a CSV of tracks, plain or .gz") from None
     except (OSError, EOFError, UnicodeDecodeError, csv.Error, zlib.error) as error:

@@ -10,7 +10,7 @@ import numpy as np
 from sidestep.errors import InvalidInput
 from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.simulation.people import Person, Recorded
-from sidestep.simulation.recordings import Recording
+from sidestep.simulation.recordings import Recording, check_people
 from sidestep.types import FloatArray
 
 if TYPE_CHECKING:
@@ -79,13 +79,14 @@ def recorded_people(scenario: Scenario, recording: Recording | None) -> list[Per
     """Return the people of a scenario's recording who are there during the run.
 
     Raises:
-        InvalidInput: the scenario names a recording that was not given.
+        InvalidInput: the scenario names a recording that was not given, or that has no people in it.
     """
     wanted = scenario.recording
     if wanted is None:
         return []
     if recording is None:
         raise InvalidInput("recording", wanted.file, "the recording, read from that file", "pass it as `recording`")
+    check_people([recording], wanted.kinds, wanted.file)
     radius = wanted.radius or scenario.human.radius
     present = recording.of_kinds(wanted.kinds).between(wanted.start, wanted.start + scenario.duration)
     return [Recorded(track, wanted.start, radius) for track in present]

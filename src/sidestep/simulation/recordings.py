@@ -13,6 +13,8 @@ from sidestep.types import FloatArray, Vector, frozen_array
 LONGEST_GAP = 0.85
 """s between two samples, over which an agent is taken to have been there: one missing at 2.5 Hz."""
 _RARE = 2.1  # usual intervals, over which it is where samples are rarer than that
+_WALKING, _FASTEST = 0.3, 15.0  # m/s, of those who do not stand; most people cannot go so fast on a bicycle
+_SLOWEST = 10.0  # s between two samples, with which nobody can be followed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -118,3 +120,34 @@ def _stays(time: FloatArray) -> FloatArray:
     usual = float(np.median(steps)) if len(steps) else 0.0
     cuts = np.flatnonzero(steps > max(LONGEST_GAP, _RARE * usual))
     return np.stack([time[np.append(0, cuts + 1)], time[np.append(cuts, len(steps))]], axis=1)
+
+
+def check_people(recordings: Iterable[Recording], kinds: Iterable[str], where: str) -> None:
+    """Check that there are people in recordings, and that they can be told in metres and seconds.
+
+    Args:
+        recordings: scenes.
+        kinds: of agents that are people.
+        where: how a complaint begins: the file, say.
+
+    Raises:
+        InvalidInput: nobody is of these kinds, or most people are faster than people can be, or seen too seldom.
+    """
+    wanted, scenes = set(kinds), list(recordings)
+    held = {track.kind for recording in scenes for track in recording.tracks}
+    if not held & wanted:
+        name = f"{where}: kind"
+        raise InvalidInput(name, ", ".join(sorted(held)), f"{' or '.join(sorted(wanted))} for people", "rename them")
+    tracks = [t for recording in scenes for t in recording.of_kinds(wanted).tracks if len(t.time) > 1]
+    if not tracks:
+        return
+    elapsed = np.concatenate([np.diff(t.time) for t in tracks])
+    if (usual := float(np.median(elapsed))) > _SLOWEST:
+        raise InvalidInput(
+            f"{where}: t", f"{usual:g} s between samples", f"at most {_SLOWEST:g} s", "convert to seconds"
+        )
+    speed = np.concatenate([np.linalg.norm(np.diff(t.positions, axis=0), axis=1) for t in tracks]) / elapsed
+    usual = float(np.median(speed[speed > _WALKING])) if (speed > _WALKING).any() else 0.0
+    if usual > _FASTEST:
+        told = f"people at {usual:.0f} m/s"
+        raise InvalidInput(f"{where}: x, y, t", told, f"at most {_FASTEST:g} m/s", "convert to metres and seconds")

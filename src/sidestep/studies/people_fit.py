@@ -16,7 +16,7 @@ from scipy.optimize import minimize
 
 from sidestep.errors import InvalidInput
 from sidestep.human.model import HumanModel
-from sidestep.simulation.recordings import Recording
+from sidestep.simulation.recordings import LONGEST_GAP, Recording
 from sidestep.studies.people_features import Features, features, losses
 from sidestep.studies.people_samples import HORIZONS, moments
 from sidestep.types import FloatArray
@@ -167,8 +167,8 @@ def fit_model(
             raise InvalidInput(
                 "tracks",
                 len(data.future),
-                f"≥ {FEWEST} moments with 2.8 s of past and 4.8 s of future",
-                "longer tracks",
+                f"≥ {FEWEST} moments with 2.8 s of past and 4.8 s of future, seen every {LONGEST_GAP:g} s at least",
+                "longer or denser tracks",
             )
         model = fit_features(data, model, iterations=6)
         tried[noise] = float(losses(data, model).mean())
