@@ -184,6 +184,7 @@ def test_a_robot_or_a_person_beyond_all_places_stops_the_robot():
         ({"velocity": [1.0]}, "velocity has 1 coordinates, not 2"),
         ({"velocity": 1.0}, "velocity has 1 coordinates, not 2"),
         ({"goal": [1.0, 0.0, 0.0]}, "goal has 3 coordinates, not 2"),
+        ({"position": [[2.0, 0.1]]}, "position has the shape (1, 2), not 2"),
     ],
 )
 def test_a_person_in_another_dimension_stops_the_robot_in_plain_words(told, words):
@@ -193,6 +194,37 @@ def test_a_person_in_another_dimension_stops_the_robot_in_plain_words(told, word
     )
     assert plan.status == "stopped"
     assert plan.reason == f"person 'a': {words}"
+
+
+def test_people_who_share_an_id_of_any_type_are_told_apart():
+    planner = sidestep.Planner(robot=sidestep.Holonomic(), goal=(4.0, 0.0))
+    for shared in ("a", 7, None, ("b", 1)):
+        planner.reset()
+        people = [sidestep.PersonObservation(id=shared, position=[2.0, y]) for y in (-1.0, 1.0, 2.0)]
+        plan = planner.step(time=0.0, robot=HERE, people=people)
+        assert plan.status == "certified", plan.reason
+        assert list(plan.people) == [shared, f"{shared}'", f"{shared}''"]
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        ({"time": None}, "time is None"),
+        ({"time": "now"}, "time is now"),
+        ({"time": 10**400}, "time is 1000"),
+        ({"people": [("a", 2.0, 0.1)]}, "there is a tuple among people, not a PersonObservation"),
+        ({"people": [sidestep.PersonObservation(id=[1], position=[2.0, 0.1])]}, "the id of a person is a list"),
+        ({"robot": sidestep.RobotState(position=[[0.0, 0.0]], heading=0.0)}, "robot position has the shape (1, 2)"),
+        ({"robot": sidestep.RobotState(position=[0.0, 0.0], heading="north")}, "robot heading is north"),
+    ],
+)
+def test_what_is_told_in_another_way_than_is_asked_for_stops_the_robot_in_plain_words(told, words):
+    planner = sidestep.Planner(robot=sidestep.DifferentialDrive(), goal=(4.0, 0.0))
+    here = sidestep.RobotState(position=[0.0, 0.0], heading=0.0)
+    plan = planner.step(**{"time": 0.0, "robot": here, "people": [], **told})
+    assert plan.status == "stopped"
+    assert plan.reason.startswith(words), plan.reason
+    assert planner.step(time=1.0, robot=here, people=[]).status == "certified"
 
 
 def test_a_velocity_of_the_robot_in_another_dimension_is_not_known():

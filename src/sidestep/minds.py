@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -40,17 +40,20 @@ def met(
     id is now somebody else's, who is where nobody could have walked to, is met anew.
 
     Raises:
-        Unplaceable: a position, velocity or goal has the wrong dimension, or a position was never one within `memory`.
+        Unplaceable: a position, velocity or goal has the wrong dimension, a position was never one within `memory`, or
+            somebody is told of in another way than is asked for.
     """
     present: dict[str, Mind] = {}
     for seen in people:
+        _check_kind(seen)
         name = seen.id
+        _check_id(name)
         while name in present:
-            name += "'"
+            name = f"{name}'"
         before = known.get(name)
         for what, vector in (("position", seen.position), ("velocity", seen.velocity), ("goal", seen.goal)):
             if vector is not None and vector.shape != (dimension,):
-                raise Unplaceable(f"person {seen.id!r}: {what} has {vector.size} coordinates, not {dimension}")
+                raise Unplaceable(f"person {seen.id!r}: {what} has {coordinates_of(vector)}, not {dimension}")
         if not plausible(seen.position):
             if before is None or time - before.seen > memory:
                 raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")
@@ -68,6 +71,23 @@ def met(
         if name not in present and time - before.seen <= memory:
             present[name] = miss(before, time)
     return present
+
+
+def coordinates_of(vector: Vector) -> str:
+    """Say how many coordinates a place has that has not as many as it should."""
+    return f"{vector.size} coordinates" if vector.ndim < 2 else f"the shape {vector.shape}"
+
+
+def _check_kind(seen: object) -> None:
+    """Raise `Unplaceable` unless this is an observation of somebody."""
+    if not isinstance(seen, PersonObservation):
+        raise Unplaceable(f"there is a {type(seen).__name__} among people, not a PersonObservation")
+
+
+def _check_id(name: object) -> None:
+    """Raise `Unplaceable` unless somebody can be found again by this id."""
+    if not isinstance(name, Hashable):
+        raise Unplaceable(f"the id of a person is a {type(name).__name__}, not a text")
 
 
 def _same_but_goals(one: HumanModel, other: HumanModel) -> bool:

@@ -213,7 +213,7 @@ class Planner:
         """Say why nothing can be planned, or ''. Keeps the clock."""
         if not _is_state(robot):
             return f"robot is a {type(robot).__name__}, not a RobotState"
-        if not math.isfinite(time):
+        if not _is_finite(time):
             return f"time is {time}"
         if time < self._time:
             back = self._time - time
@@ -221,10 +221,10 @@ class Planner:
             self._time = self._informed = time
             return f"time ran backwards by {back:.3g} s; starting afresh"
         if robot.position.shape != self.goal.shape:
-            return f"robot position has {robot.position.size} coordinates, the goal {self.goal.size}"
+            return f"robot position has {minds.coordinates_of(robot.position)}, the goal {self.goal.size}"
         if not plausible(robot.position):
             return f"robot position is {robot.position.tolist()}"
-        if isinstance(self.robot, DifferentialDrive) and (robot.heading is None or not math.isfinite(robot.heading)):
+        if isinstance(self.robot, DifferentialDrive) and not _is_finite(robot.heading):
             return f"robot heading is {robot.heading}; a differential drive needs a finite one"
         self._interval = self._until_next(time - self._time)
         self._time = time
@@ -350,6 +350,14 @@ class Planner:
             reason=reason,
             duration=perf_counter() - started,
         )
+
+
+def _is_finite(value: object) -> bool:
+    """Whether it is a finite number; what is none is not."""
+    try:
+        return math.isfinite(value)  # type: ignore[arg-type]
+    except (TypeError, OverflowError):
+        return False
 
 
 def _is_state(robot: object) -> bool:
