@@ -191,3 +191,14 @@ def test_calls_that_come_more_seldom_than_steps_lead_to_the_goal_and_not_past_it
     robot = bases(radius=0.3, turning=4.0)["any velocity"]
     trip = Trip(Planner(robot=robot, goal=(3.3, aside)), period=1.0, within=0.1).run(20.0)
     assert trip.arrived, trip
+
+
+@pytest.mark.parametrize("room", [0.02, 0.1])
+@pytest.mark.parametrize("speed", [0.5, 1.0])
+def test_a_base_with_two_wheels_that_faces_a_wall_turns_away(speed, room):
+    """The disc around its point, which is ahead of the axle, is so far in the wall that no step leads out of it."""
+    robot = DifferentialDrive(max_speed=speed, max_turn_rate=2.0, radius=0.2)
+    wall = Obstacles(polygons=[[(0.0, -6.0), (0.2, -6.0), (0.2, 6.0), (0.0, 6.0)]])
+    trip = Trip(Planner(robot=robot, goal=(2.5, 1.0), obstacles=wall), (0.4 + room, 0.0), heading=np.pi).run(15.0)
+    assert trip.arrived, trip
+    assert trip.to_walls() > robot.radius - SWAY, trip

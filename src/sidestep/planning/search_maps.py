@@ -205,24 +205,27 @@ def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDA
 
 
 def _walls(problem: PlanningProblem, spacing: float, radius: int, active: IntArray) -> tuple[BoolArray, BoolArray]:
-    """Cells too near to a wall, and the same for the points halfway between them, split by parity.
-
-    A base of limited acceleration does not get out of what is too near in one step: it may go on to be as near as it
-    is.
-    """
-    assert problem.obstacles is not None
+    """Cells too near to a wall, and the same for the points halfway between them, split by parity."""
     d = problem.dimension
-    margin = problem.lattice_margin
-    if problem.inertia is not None:
-        margin = min(margin, problem.room)
-    shapes = problem.obstacles.shapes
+    slow = problem.inertia is not None or problem.room + spacing * radius < problem.lattice_margin
     start = embedded_point(problem.start)
     half = (radius * (2 * problem.horizon - 1) + 1) // 2 * active
     boxes: list[BoolArray] = []
     for parity in range(2**d):
         shift = np.array([(parity >> (d - 1 - a)) & 1 for a in range(d)]) * (0.5 * spacing)
-        boxes.append(wall_box(start + embedded_point(shift), spacing, half, margin, *shapes))
-    return wall_box(start, spacing, radius * problem.horizon * active, margin, *shapes), np.stack(boxes)
+        boxes.append(_walled(problem, start + embedded_point(shift), spacing, half, slow))
+    return _walled(problem, start, spacing, radius * problem.horizon * active, slow), np.stack(boxes)
+
+
+def _walled(problem: PlanningProblem, middle: FloatArray, spacing: float, half: IntArray, slow: bool) -> BoolArray:
+    """Cells of a box that are too near to a wall.
+
+    Who is slow, as a base of limited acceleration, or one with two wheels that faces a wall, does not get out of what
+    is too near in one step: it may go on to be as near as it is.
+    """
+    assert problem.obstacles is not None
+    margin, room, shapes = problem.lattice_margin, problem.room, problem.obstacles.shapes
+    return wall_box(middle, spacing, half, min(margin, room) if slow else margin, *shapes)
 
 
 @lru_cache(maxsize=64)
