@@ -213,3 +213,10 @@ def test_kernels_without_compilation_agree():
 def test_bad_walls_are_refused_in_one_line(made):
     with pytest.raises(InvalidInput, match=r"^[^\n]*allowed[^\n]*$"):
         made()
+
+
+def test_ways_out_of_a_wall_lead_out_once_and_into_no_other():
+    walls = Obstacles(polygons=[SQUARE, [(1.5, 0.0), (1.6, 0.0), (1.6, 1.0), (1.5, 1.0)]])
+    ends = np.array([(1.2, 0.5), (2.5, 0.5), (-0.5, 0.5), (0.8, -1.0), (0.9, 0.8)])
+    starts = np.full_like(ends, (0.9, 0.5))
+    assert walls.come_out(starts, ends, 0.3).tolist() == [True, False, False, True, True]

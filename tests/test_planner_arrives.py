@@ -202,3 +202,18 @@ def test_a_base_with_two_wheels_that_faces_a_wall_turns_away(speed, room):
     trip = Trip(Planner(robot=robot, goal=(2.5, 1.0), obstacles=wall), (0.4 + room, 0.0), heading=np.pi).run(15.0)
     assert trip.arrived, trip
     assert trip.to_walls() > robot.radius - SWAY, trip
+
+
+@pytest.mark.parametrize("acceleration", [None, 1.0])
+@pytest.mark.parametrize("gap", [0.4, 0.6])
+def test_out_of_what_the_map_has_where_the_robot_is_no_way_leads_through_another_wall(acceleration, gap):
+    """A map with the robot's own outline on it, as costmaps have it: a wall beside it is there all the same."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    outline = 0.35 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    wall = Obstacles(polygons=[[(gap, -3.0), (gap + 0.1, -3.0), (gap + 0.1, 2.0), (gap, 2.0)]])
+    obstacles = Obstacles(polygons=[*wall.polygons, outline])
+    robot = Holonomic(max_speed=1.5, radius=0.2, shape="disc", max_acceleration=acceleration)
+    trip = Trip(Planner(robot=robot, goal=(2.5, 0.0), obstacles=obstacles, horizon=6))
+    assert "on the map the robot is inside a wall" in trip.step().reason
+    trip.run(4.0)
+    assert wall.distance(np.array(trip.path)).min() > 0.0, trip

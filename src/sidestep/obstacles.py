@@ -25,6 +25,7 @@ from sidestep.types import BoolArray, FloatArray, VectorLike
 
 SEGMENT_STEP = 0.005
 """m, finest step along a segment; a wall may intrude into the margin by at most half of it unseen."""
+_ROUGH = 0.025  # m, between what is looked at on a way out of a wall; the wall's cells make its depth as uneven
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,6 +109,18 @@ class Obstacles:
         if shape != other:
             raise InvalidInput("ends", other, f"as many as starts: {shape}")
         return free_segments(a, b, float(margin), SEGMENT_STEP, *self._shapes, *self._samples).reshape(shape)
+
+    def come_out(self, starts: FloatArray, ends: FloatArray, margin: float) -> BoolArray:
+        """Return (M,) whether ways (M, d) m from inside a wall lead out of it, and neither back nor into another.
+
+        They come nowhere nearer to a wall, by `_ROUGH` and more, than they were before, unless they keep `margin` m.
+        """
+        a, b = _flat(starts)[0], _flat(ends)[0]
+        longest = float(np.sqrt(np.square(b - a).sum(axis=1)).max(initial=0.0))
+        shares = np.linspace(0.0, 1.0, 2 + math.ceil(longest / _ROUGH))[:, None, None]
+        gaps = self.distance(a + shares * (b - a))
+        nearer: BoolArray = gaps < np.minimum(np.maximum.accumulate(gaps), margin) - _ROUGH
+        return np.asarray(~nearer.any(axis=0))
 
     def free_cells(self, lattice: Lattice, margin: float = 0.0) -> BoolArray:
         """Return (cells…) whether each cell of `lattice` keeps `margin` m from every wall."""

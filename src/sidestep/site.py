@@ -40,7 +40,11 @@ class Site:
 
     def no_way_from(self, start: Vector) -> str:
         """Say so where the map has no way from `start` (d,) m to the goal, or ''."""
-        if self.field is None or self.field.reaches(start):
+        if self.field is None or self.obstacles is None:
+            return ""
+        if self.obstacles.distance(start) < 0.0:
+            return "; on the map the robot is inside a wall"
+        if self.field.reaches(start):
             return ""
         return f"; no way on the map leads to the goal with {self.margin:g} m to the walls"
 

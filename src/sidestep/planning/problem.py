@@ -321,7 +321,10 @@ class PlanningProblem:
     def _free(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         """(M,) whether straight ways (M, d) m from where the robot is come no nearer to walls than they may."""
         assert self.obstacles is not None
-        return self.obstacles.segment_free(starts, ends, min(self.margin, self.room))
+        free = self.obstacles.segment_free(starts, ends, min(self.margin, self.room))
+        if self.room < 0.0:
+            free[free] = self.obstacles.come_out(starts[free], ends[free], self.margin)
+        return free
 
     def allows(self, path: Path, risk: FloatArray | None = None) -> bool:
         """Return whether `path` (N+1, d) m respects every limit: speed, walls, first step and (unless graded) risk."""

@@ -221,11 +221,19 @@ def _walled(problem: PlanningProblem, middle: FloatArray, spacing: float, half: 
     """Cells of a box that are too near to a wall.
 
     Who is slow, as a base of limited acceleration, or one with two wheels that faces a wall, does not get out of what
-    is too near in one step: it may go on to be as near as it is.
+    is too near in one step: it may go on to be as near as it is. Who is inside a wall may go on to be so on the way out
+    of it only: other walls are there all the same.
     """
     assert problem.obstacles is not None
     margin, room, shapes = problem.lattice_margin, problem.room, problem.obstacles.shapes
-    return wall_box(middle, spacing, half, min(margin, room) if slow else margin, *shapes)
+    if slow and room >= 0.0:
+        margin = min(margin, room)
+    out = wall_box(middle, spacing, half, margin, *shapes)
+    if slow and room < 0.0:
+        inner = np.minimum(half, math.ceil((margin - room) / spacing))
+        part = tuple(slice(h - n, h + n + 1) for h, n in zip(half.tolist(), inner.tolist(), strict=True))
+        out[part] = wall_box(middle, spacing, inner, room, *shapes)
+    return out
 
 
 @lru_cache(maxsize=64)
