@@ -263,3 +263,17 @@ def test_a_drone_flies_up_to_its_goal_around_a_wall():
     trip = Trip(Planner(robot=robot, goal=(4.0, 0.0, 3.0), obstacles=PILLAR, horizon=5), (0.0, 0.0, 0.0)).run(15.0)
     assert trip.arrived, str(trip)
     assert trip.to_walls() > robot.radius - 0.01
+
+
+@pytest.mark.parametrize("far", [1e3, 1e6])
+def test_what_stands_in_the_far_distance_closes_no_door_here(far):
+    """Its raster would have cells of up to a kilometre; what is so far from the goal is left out of it."""
+    door = [[(3.0, -6.0), (3.1, -6.0), (3.1, -0.6), (3.0, -0.6)], [(3.0, 0.6), (3.1, 0.6), (3.1, 6.0), (3.0, 6.0)]]
+    there = [(far, far), (far + 1.0, far), (far, far + 1.0)]
+    alone, both = (
+        ways_to_goal(Obstacles(polygons=walls), (6.0, 0.0), margin=0.25).field() for walls in (door, [*door, there])
+    )
+    here = np.array([(0.0, 2.0), (2.0, -3.0), (-50.0, 1.0)])
+    assert both.spacing < 0.2
+    assert both.at(here) == pytest.approx(alone.at(here), rel=0.03)
+    assert all(both.reaches(place) for place in here)

@@ -24,6 +24,8 @@ SIGHT = 20.0
 """m from the goal within which a way is straight where nothing is between; farther off it may be 2.7 % too long."""
 CELLS = 2_000_000
 """About so many cells are enough for 140 m by 140 m at 0.1 m; passages narrower than a cell may be missed."""
+COARSE, FAR = 0.2, 140.0
+"""m between cells, at most: where a map needs coarser ones, what is farther than so many m from the goal is no part."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -147,7 +149,7 @@ def ways_to_goal(
         obstacles: walls.
         goal: (2,) m, or (3,).
         margin: m, to be kept from walls.
-        spacing: m between cells; coarser where the map has more than `cells` of them.
+        spacing: m between cells; coarser where the map has more than `cells` of them (see `COARSE`).
         reach: m, how far around the walls and the goal the raster goes.
         cells: about the largest number of cells.
     """
@@ -155,6 +157,8 @@ def ways_to_goal(
     x0, y0, x1, y1 = obstacles.bounds
     low = np.minimum((x0, y0), target) - reach
     high = np.maximum((x1, y1), target) + reach
+    if coarse_enough(float(high[0] - low[0]), float(high[1] - low[1]), cells) > COARSE:
+        low, high = np.maximum(low, target - FAR), np.minimum(high, target + FAR)
     places, spacing = _raster(low, high, spacing, cells)
     flat = places.reshape(-1, 2)
     margin = max(margin, 1e-3)
