@@ -59,6 +59,15 @@ def test_negate_sixteen_bits_and_block_lists(tmp_path):
     assert grid.yaw == 0.5
 
 
+def test_sixteen_bits_with_an_odd_byte_behind_the_last_pixel_and_a_mode_in_quotes(tmp_path):
+    path = write(tmp_path, YAML + 'mode: "trinary"\n', pixels=PIXELS.astype(np.uint16) * 257, top=65535)
+    expected = read_map(path).occupied
+    image = tmp_path / "room.pgm"
+    image.write_bytes(image.read_bytes() + b"\n")
+    assert (read_map(path).occupied == expected).all()
+    assert expected[3].all()
+
+
 def test_png_with_colours_and_transparency(tmp_path):
     from matplotlib.image import imsave
 
@@ -83,6 +92,9 @@ def test_png_with_colours_and_transparency(tmp_path):
         (("negate: 0", "negate: 0\nmode: raw"), "mode"),
         (("negate: 0", "negate 0"), "line"),
         (("free_thresh: 0.196", "free_thresh: .nan"), "free_thresh"),
+        (("free_thresh: 0.196", "free_thresh: 0.7"), "free_thresh 0.7, occupied_thresh 0.65"),
+        (("occupied_thresh: 0.65\nfree_thresh: 0.196", "occupied_thresh: 65\nfree_thresh: 19.6"), "not percent"),
+        (("occupied_thresh: 0.65", "occupied_thresh: -0.1"), "free_thresh"),
     ],
 )
 def test_bad_maps_are_refused_in_one_line(tmp_path, change, named):
@@ -93,7 +105,14 @@ def test_bad_maps_are_refused_in_one_line(tmp_path, change, named):
 
 def test_bad_images_are_refused_in_one_line(tmp_path):
     path = write(tmp_path)
-    for content in (b"P5\n4 3\n255\n123", b"GIF89a", b"P2\n2 1\n255\n1 x", b"P5\n0 0\n255\n"):
+    for content in (
+        b"P5\n4 3\n255\n123",
+        b"P5\n4 3\n65535\n123",
+        b"P5\n4 3\n255\n",
+        b"GIF89a",
+        b"P2\n2 1\n255\n1 x",
+        b"P5\n0 0\n255\n",
+    ):
         (tmp_path / "room.pgm").write_bytes(content)
         with pytest.raises(InvalidFile, match=r"^[^\n]*room.pgm[^\n]*$"):
             read_map(path)

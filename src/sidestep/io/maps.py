@@ -45,14 +45,16 @@ def read_map(path: str | Path, *, unknown_is_free: bool = False) -> OccupancyGri
     origin = _numbers(entries.get("origin", "[0, 0, 0]"), f"{place}: origin")
     if len(origin) not in (2, 3):
         raise InvalidFile(f"{place}: origin", entries["origin"], "[x, y, yaw] in m, m and rad")
-    mode = entries.get("mode", "trinary")
+    mode = entries.get("mode", "trinary").strip("'\"")
     if mode not in ("trinary", "scale"):
         raise InvalidFile(f"{place}: mode", mode, "trinary or scale", "save the map again in one of these modes")
+    least, most = _number(entries, "occupied_thresh", place, 0.65), _number(entries, "free_thresh", place, 0.196)
+    if not 0.0 <= most <= least <= 1.0:
+        wrong = f"free_thresh {most:g}, occupied_thresh {least:g}"
+        raise InvalidFile(str(place), wrong, "0 ≤ free_thresh ≤ occupied_thresh ≤ 1", "they are shares, not percent")
     shade, opaque = _image(place.parent / image)
     darkness = shade if _number(entries, "negate", place, 0.0) else 1.0 - shade
-    occupied = darkness > _number(entries, "occupied_thresh", place, 0.65)
-    free = darkness < _number(entries, "free_thresh", place, 0.196)
-    walls = (occupied & opaque) if unknown_is_free else ~(free & opaque)
+    walls = (darkness > least) & opaque if unknown_is_free else ~((darkness < most) & opaque)
     yaw = origin[2] if len(origin) == 3 else 0.0
     return OccupancyGrid(
         occupied=np.ascontiguousarray(walls[::-1].T), resolution=resolution, origin=(origin[0], origin[1]), yaw=yaw
@@ -149,7 +151,9 @@ def _pgm(path: Path) -> FloatArray:
         except ValueError as error:
             raise InvalidFile(str(path), str(error), "numbers after the header of a P2 image") from error
     else:
-        values = np.frombuffer(data[header.end() :], dtype=">u2" if top > 255 else np.uint8).astype(np.float64)
+        size = 2 if top > 255 else 1
+        count = min(width * height, (len(data) - header.end()) // size)  # something may follow the last pixel
+        values = np.frombuffer(data, f">u{size}", count, header.end()).astype(np.float64)
     if top <= 0 or width * height == 0 or values.size < width * height:
         raise InvalidFile(str(path), f"{values.size} pixels", f"{width} × {height} pixels as its header says")
     return values[: width * height].reshape(height, width) / top
