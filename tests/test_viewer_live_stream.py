@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import socket
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -212,3 +214,12 @@ def test_nothing_but_the_loopback_is_listened_to_unless_asked():
 )
 def test_which_addresses_are_the_loopback(host, answer):
     assert server.is_loopback(host) is answer
+
+
+def test_what_draws_is_there_before_two_visitors_ask_for_pictures_at_once():
+    """Imported by two threads at once for the first time, matplotlib is found half made by one of them."""
+    program = (
+        "import sys, sidestep.viewer.live.page\n"
+        "sys.exit(not {'sidestep.viewer.figures', 'sidestep.viewer.animation'} <= set(sys.modules))"
+    )
+    assert subprocess.run([sys.executable, "-c", program], timeout=120, check=False).returncode == 0

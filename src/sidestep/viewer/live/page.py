@@ -11,6 +11,8 @@ from nicegui import run, ui
 
 from sidestep.errors import SidestepError
 from sidestep.simulation.record import Record
+from sidestep.viewer.animation import animate
+from sidestep.viewer.figures import run_figure, save_figure
 from sidestep.viewer.live.controls import Controls
 from sidestep.viewer.live.visits import Visit, Visits
 
@@ -180,12 +182,8 @@ def written(record: Record, suffix: str, write_record: Callable[[Record, Path], 
         if suffix == ".npz":
             write_record(record, path)
         elif suffix == ".png":
-            from sidestep.viewer.figures import run_figure, save_figure
-
             save_figure(run_figure(record), path)
         else:
-            from sidestep.viewer.animation import animate
-
             animate(record, path)
         return path.read_bytes()
 
