@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import subprocess
 import sys
@@ -22,11 +23,14 @@ from PIL import Image
 from made_records import made_record
 from sidestep.errors import OutputError
 from sidestep.lattice import Lattice, heading_rotation
+from sidestep.simulation.metrics import measure
 from sidestep.simulation.record import Record
 from sidestep.viewer import style
 from sidestep.viewer.figure_occupancy import AHEAD, _projected, chosen_steps, draw_occupancy, shown_mass
 from sidestep.viewer.figure_scene import time_marks
 from sidestep.viewer.figures import run_figure, save_figure
+from sidestep.viewer.live.messages import Seek
+from sidestep.viewer.live.replay import Replay
 from sidestep.viewer.nearest import closest_approaches, distances
 
 WALL = np.array([[1.5, -1.0], [3.0, -1.0], [3.0, -3.0], [1.5, -3.0]])
@@ -210,6 +214,20 @@ def test_far_futures_are_darker():
 def test_a_folder_that_is_not_there_is_named(tmp_path):
     with pytest.raises(OutputError, match="nowhere"):
         save_figure(run_figure(made_record(snapshots=False)), tmp_path / "nowhere" / "run.png")
+
+
+def test_a_robot_that_waits_at_its_goal_has_arrived_when_it_came():
+    """Others may be on the way still, or the visitor of the live page looks on."""
+    record = made_record()
+    path = record.robot_positions.copy()
+    path[-6:] = record.robot_goal
+    waited = replace(record, robot_positions=path)
+    seconds = f"after {measure(waited).time_to_goal:.1f} s"
+    assert measure(waited).time_to_goal == record.time[-6]
+    assert seconds in run_figure(waited).get_suptitle()
+    replay = Replay(waited)
+    replay.post(Seek(type="seek", index=replay.last))
+    assert seconds in json.loads(replay.tick()[-1])["panels"][0]["words"]
 
 
 def test_pyplot_is_never_imported():

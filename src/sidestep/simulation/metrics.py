@@ -89,13 +89,12 @@ def measure(record: Record) -> Metrics:
     pi_r, pi_h, lateral_r, lateral_h = _indices(record)
     planning = 1e3 * record.planning_time[record.plan_age <= 1e-9]
     median, p95, most = np.quantile(planning, (0.5, 0.95, 1.0)).tolist() if len(planning) else (math.nan,) * 3
-    arrival = _arrival(record)
     return Metrics(
         steps=len(record.status),
         duration=float(record.time[-1] - record.time[0]),
         finished=_finished(record),
         reached_goal=record.reached_goal,
-        time_to_goal=arrival,
+        time_to_goal=arrival(record),
         min_distance=_least(gaps),
         sampled_min_distance=_least(sampled),
         clearance_violations=int((gaps < record.clearance).any(axis=1).sum()),
@@ -128,8 +127,8 @@ def _finished(record: Record) -> bool:
     return record.reached_goal or bool(record.time[-1] > planned - record.control_step)
 
 
-def _arrival(record: Record) -> float:
-    """Seconds, first recorded instant within the goal tolerance; NaN where there is none."""
+def arrival(record: Record) -> float:
+    """Return the first recorded instant (s) within the goal tolerance; NaN where there is none."""
     if not record.reached_goal:
         return math.nan
     tolerance = float(record.settings.get("robot", {}).get("goal_tolerance", 0.0))

@@ -10,6 +10,7 @@ from matplotlib.gridspec import GridSpec, GridSpecFromSubplotSpec
 from matplotlib.lines import Line2D
 
 from sidestep.errors import OutputError
+from sidestep.simulation.metrics import arrival
 from sidestep.simulation.record import Record
 from sidestep.viewer import style
 from sidestep.viewer.figure_occupancy import (
@@ -63,7 +64,7 @@ def _summary(record: Record) -> str:
     near = closest_approaches(record)
     parts = [record.scenario, f"seed {record.seed}"]
     if record.reached_goal:
-        parts.append(f"goal reached after {record.time[-1]:.1f} s")
+        parts.append(f"goal reached after {arrival(record):.1f} s")
     else:
         parts.append(f"goal not reached within {record.time[-1]:.1f} s")
     if near:

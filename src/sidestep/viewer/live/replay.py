@@ -8,6 +8,7 @@ from collections import deque
 import numpy as np
 
 from sidestep.lattice import Lattice
+from sidestep.simulation.metrics import arrival
 from sidestep.simulation.record import Record, Snapshot
 from sidestep.types import FloatArray
 from sidestep.viewer.live import messages, stage, words
@@ -176,7 +177,7 @@ class Replay:
     def _words(self, step: int, nearest: int | None, gaps: FloatArray) -> str:
         r = self._record
         if self._status(step) == "arrived":
-            return words.arrived(float(r.time[-1] - r.time[0]), back=False)
+            return words.arrived(arrival(r) - float(r.time[0]), back=False)
         belief = math.nan if nearest is None else float(r.beliefs[step, nearest])
         risk = r.risk[step][np.isfinite(r.risk[step])]
         situation = words.Situation(
