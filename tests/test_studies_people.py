@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -155,6 +156,33 @@ def test_trips_are_the_same_for_everybody_and_finished_ones_are_kept(tmp_path: P
     assert len(list(store.folder.iterdir())) == 4
     again = replay_study(file, ["stop-and-go", "chance"], trips=2, seed=1, store=store)
     assert again == rows  # planning times, too: nothing was run anew
+
+
+@pytest.mark.slow
+def test_trips_depend_on_the_model_and_on_what_the_file_holds(tmp_path: Path) -> None:
+    """Neither is what was kept of another one; that the file has the same name is not enough."""
+    from sidestep.io.tracks import read_recordings
+
+    file, store = crowd(tmp_path / "tracks.csv"), Checkpoints(tmp_path / "pieces")
+
+    def told(human: HumanModel | None = None) -> dict[str, Any]:
+        (row,) = replay_study(file, ["sidestep"], trips=1, seed=1, human=human, store=store)
+        return row
+
+    def pieces() -> int:
+        return len(list(store.folder.iterdir()))
+
+    first = told()
+    assert told(HumanModel()) == first
+    assert pieces() == 1
+    wary = told(HumanModel(randomness=0.9, online_randomness=False, steadiness=False))
+    assert wary["time_ratio"] != first["time_ratio"]
+    assert pieces() == 2
+    trips = choose_trips(file, read_recordings(file), trips=1, kinds=("ped",), seed=1)
+    file.write_text(file.read_text().replace("s,59.8,p5,ped,2.240", "s,59.8,p5,ped,2.250"))
+    assert choose_trips(file, read_recordings(file), trips=1, kinds=("ped",), seed=1) == trips
+    told()
+    assert pieces() == 3
 
 
 def test_nobody_comes_out_of_nothing_on_the_way_of_a_trip(tmp_path: Path) -> None:

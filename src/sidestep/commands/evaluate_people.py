@@ -66,7 +66,7 @@ def evaluate_people(request: PeopleRequest) -> dict[str, Any]:
         if "awareness" in request.studies and vehicle is not None:
             found["awareness"] += [label | row for row in _beliefs(recordings, model, vehicle, request)]
         if "replay" in request.studies:
-            rows = _trips(file, request)
+            rows = _trips(file, model, request)
             if not rows:
                 say(f"{file}: no trips: no scene of over 10 s in which a robot meets somebody on a way of 7 to 10 m")
             found["replay"] += [label | row for row in rows]
@@ -143,7 +143,7 @@ def _beliefs(
     return found
 
 
-def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
+def _trips(file: Path, model: HumanModel, request: PeopleRequest) -> Sequence[dict[str, Any]]:
     from sidestep.commands.bars import progress_bar
     from sidestep.io.checkpoints import Checkpoints
     from sidestep.studies.people_replay import replay_study
@@ -155,6 +155,7 @@ def _trips(file: Path, request: PeopleRequest) -> Sequence[dict[str, Any]]:
             trips=request.trips,
             without=request.without,
             crowd=request.crowd,
+            human=model,
             seed=request.seed,
             workers=request.workers,
             engine=request.engine,

@@ -19,6 +19,7 @@ import numpy as np
 
 from sidestep.checks import one_of
 from sidestep.errors import InvalidInput
+from sidestep.human.model import HumanModel
 from sidestep.io.scene_maps import scene_walls
 from sidestep.io.tracks import read_recordings
 from sidestep.obstacles import Obstacles
@@ -46,10 +47,12 @@ class Journey:
     """One trip of one navigator.
 
     Attributes:
-        file: of the recording; scenario: as `Scenario.settings()`; navigator: name; number: of the trip.
+        file: of the recording; content: a digest of what it holds.
+        scenario: as `Scenario.settings()`; navigator: name; number: of the trip.
     """
 
     file: str
+    content: str
     scenario: Mapping[str, Any]
     navigator: str
     number: int
@@ -57,7 +60,7 @@ class Journey:
     @property
     def name(self) -> str:
         """Under which a finished trip is kept."""
-        told = json.dumps(self.scenario, sort_keys=True).encode()
+        told = json.dumps([self.scenario, self.content], sort_keys=True).encode()
         return f"replay-{self.number}-{self.navigator}-{hashlib.sha256(told).hexdigest()[:16]}"
 
 
@@ -69,6 +72,7 @@ def replay_study(
     kinds: Sequence[str] = ("ped",),
     without: Sequence[str] = (),
     crowd: int | None = None,
+    human: HumanModel | None = None,
     seed: int = 0,
     workers: int = 1,
     engine: str = "joblib",
@@ -84,6 +88,7 @@ def replay_study(
         kinds: of agents that are people.
         without: scenes that are left out.
         crowd: most people who may be there at once during a trip, or None.
+        human: the model by which ours predicts; None: the defaults.
         seed: of the choice of trips.
         workers, engine: see `run_pieces`.
         store: where finished trips are kept and looked for.
@@ -98,8 +103,11 @@ def replay_study(
     one_of("navigators", navigators, contestants())
     recordings = {name: r for name, r in read_recordings(file).items() if name not in without}
     chosen = choose_trips(file, recordings, trips=trips, kinds=kinds, seed=seed, crowd=crowd)
+    if human is not None:
+        chosen = [scenario.model_copy(update={"human": human}) for scenario in chosen]
+    content = hashlib.sha256(file.read_bytes()).hexdigest()[:16]
     pieces = [
-        Journey(file=str(file), scenario=scenario.settings(), navigator=name, number=i)
+        Journey(file=str(file), content=content, scenario=scenario.settings(), navigator=name, number=i)
         for i, scenario in enumerate(chosen)
         for name in navigators
     ]
