@@ -26,7 +26,8 @@ class HumanModel:
         horizon: steps, N_H; None takes the planner's horizon, 0 is "no prediction": one step ahead, robot stays put.
         frame: "heading" turns the lattice to the walking direction and scales it to the observed speed
             (2v = observed speed within `speed_range`); "world" keeps the axes and v.
-        speed_range: m/s, bounds on the largest action reach·v in the heading frame.
+        speed_range: m/s, bounds on the largest action reach·v in the heading frame; whoever is faster is predicted to
+            be that fast only.
         goal_cost: "squared" is ‖x−g‖²_θ1 (Eq. 2a); "distance" is θ1·‖x−g‖, whose pull does not grow with distance.
         goal_weight: θ1, one number or one per lattice axis (≥ 0).
         effort_weight: θ2, one number or one per lattice axis (≥ 0).
@@ -62,7 +63,7 @@ class HumanModel:
     reach: int = 2
     horizon: int | None = None
     frame: Frame = "heading"
-    speed_range: tuple[float, float] = (1.0, 2.5)
+    speed_range: tuple[float, float] = (1.0, 6.0)
     goal_cost: GoalCost = "distance"
     goal_weight: float | tuple[float, ...] = 1.0
     effort_weight: float | tuple[float, ...] = 0.05
