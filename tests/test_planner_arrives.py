@@ -217,3 +217,12 @@ def test_out_of_what_the_map_has_where_the_robot_is_no_way_leads_through_another
     assert "on the map the robot is inside a wall" in trip.step().reason
     trip.run(4.0)
     assert wall.distance(np.array(trip.path)).min() > 0.0, trip
+
+
+@pytest.mark.parametrize(("room", "said"), [(0.3, True), (0.7, False)])
+def test_a_goal_so_near_to_a_wall_that_the_robot_stays_short_of_it_is_told(room, said):
+    robot = DifferentialDrive(max_speed=1.0, radius=0.25)  # its point is 0.3 m ahead of the axle
+    wall = Obstacles(polygons=[[(3.0, -3.0), (3.2, -3.0), (3.2, 3.0), (3.0, 3.0)]])
+    trip = Trip(Planner(robot=robot, goal=(3.0 - room, 0.0), obstacles=wall), within=0.05).run(8.0)
+    assert trip.arrived != said, trip
+    assert ("walls keep the robot 0.3" in trip.plan.reason) == said

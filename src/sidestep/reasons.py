@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from sidestep.ladder import Outcome
 from sidestep.situation import STAYS, Situation
 from sidestep.types import FloatArray
@@ -9,7 +11,7 @@ from sidestep.types import FloatArray
 
 def reason_of(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
     """Say what was found in this situation; `risk` (N,) is the largest that the rule limits, step by step."""
-    return _of_status(outcome, now, risk) + (now.remark or _too_narrow(now, outcome))
+    return _of_status(outcome, now, risk) + (now.remark or _too_narrow(now, outcome) or _short_of_the_goal(now))
 
 
 def _of_status(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
@@ -34,3 +36,11 @@ def _too_narrow(now: Situation, outcome: Outcome) -> str:
     if walls_alone and now.gives_up(outcome.path, STAYS):
         return "; no motion leads on: the way may be too narrow here"
     return ""
+
+
+def _short_of_the_goal(now: Situation) -> str:
+    """Say so where the goal is nearer to walls than the disc around the robot's point may come, or ''."""
+    gap = 0.0 if now.field is None else math.dist(now.field.goal, now.goal)
+    if now.field is None or gap <= now.field.spacing:
+        return ""
+    return f"; walls keep the robot {gap:.2f} m from the goal: it needs {now.robot.planning_radius:.2f} m to them"
