@@ -57,6 +57,16 @@ def test_an_example_runs_and_leaves_its_picture(script, tmp_path, monkeypatch, c
     assert [p.name for p in tmp_path.iterdir()] == [f"{script.stem}.png"]
 
 
+def test_the_base_with_two_wheels_is_said_to_arrive_when_its_point_does(tmp_path, monkeypatch, capsys):
+    """Its axle stays behind the point that is planned; the loop of 20 s had gone on to its end beside the goal."""
+    script = ROOT / "examples" / "03_custom_robot.py"
+    monkeypatch.setattr(sys, "argv", [str(script), str(tmp_path)])
+    runpy.run_path(str(script), run_name="__main__")
+    found = re.match(r"arrived after ([\d.]+) s", capsys.readouterr().out)
+    assert found is not None
+    assert float(found.group(1)) < 15.0
+
+
 def test_there_are_ten_examples_with_a_title_and_words():
     scripts = sorted((ROOT / "examples").glob("[0-9]*.py"))
     assert len(scripts) >= 10
