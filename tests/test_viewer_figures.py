@@ -216,6 +216,22 @@ def test_a_folder_that_is_not_there_is_named(tmp_path):
         save_figure(run_figure(made_record(snapshots=False)), tmp_path / "nowhere" / "run.png")
 
 
+def test_who_may_be_anywhere_is_drawn_faintly():
+    """Scaled by its own largest cell, it painted whole panels dark, and the plan in them was not seen."""
+    shot = made_record().snapshots[0]
+    axes = Figure().add_subplot()
+
+    def strongest(spread):
+        sigmas = np.full((len(shot.instants), 1), spread)  # (K, 1) m
+        image = draw_occupancy(axes, replace(shot, weights=np.ones(1), sigmas=sigmas), 1, "#000000", (0, 1))
+        return float(np.asarray(image.get_array())[..., 3].max())
+
+    sharp, wide, wider = (strongest(spread) for spread in (0.05, 1.0, 3.0))
+    assert sharp > 0.6
+    assert wide < 0.75 * sharp
+    assert 0.1 < wider < 0.4
+
+
 def test_a_robot_that_waits_at_its_goal_has_arrived_when_it_came():
     """Others may be on the way still, or the visitor of the live page looks on."""
     record = made_record()

@@ -28,6 +28,9 @@ FAINTEST = 0.1
 FINE, MARGIN = 0.1, 2.0
 """m; cells of a spread-out prediction, and how far beyond the lattice it is drawn at most."""
 
+THIN, DENSE = 2e-3, 2.0
+"""1/m²; largest density of what is drawn as faintly, and as strongly, as anything is."""
+
 MOST = 400
 """Cells per axis of such a prediction, or time and memory grow beyond all bounds with the steps' length."""
 STRIP = 0.25
@@ -134,7 +137,8 @@ def draw_occupancy(axes: Axes, snapshot: Snapshot, row: int, colour: str, plane:
     """Shade the cells of one instant of a snapshot."""
     lattice, p = shown_mass(snapshot, row)
     cells, corner, turn = _in_plane(lattice, p, plane)
-    alpha = 0.75 * _shade(cells, snapshot)
+    strength = 1.0 if p.ndim == 1 else _strength(float(cells.max()) / lattice.spacing**2)
+    alpha = 0.75 * strength * _shade(cells, snapshot)
     colours = np.concatenate([np.broadcast_to(to_rgb(colour), (*cells.shape, 3)), alpha[..., None]], axis=-1)
     size = np.array(cells.shape) * (lattice.spacing, 2 * STRIP if p.ndim == 1 else lattice.spacing)
     # An image and not a mesh: turned cells of a mesh show seams where their edges overlap.
@@ -152,6 +156,14 @@ def _shade(cells: FloatArray, snapshot: Snapshot) -> FloatArray:
     power = 0.5 if snapshot.weights.size == 0 else 0.8
     relative = (cells / max(float(cells.max()), 1e-12)) ** power
     return np.maximum(relative - FAINTEST, 0.0) / (1.0 - FAINTEST)
+
+
+def _strength(peak: float) -> float:
+    """Return how strongly (0.2 to 1) a prediction of that largest density (1/m²) is drawn.
+
+    On a logarithmic scale: who may be anywhere in a room is seen everywhere, but faintly, and hides nothing.
+    """
+    return float(np.clip(np.log(max(peak, 1e-12) / THIN) / np.log(DENSE / THIN), 0.2, 1.0))
 
 
 def shown_mass(snapshot: Snapshot, row: int) -> tuple[Lattice, FloatArray]:
