@@ -86,6 +86,16 @@ def test_people_who_came_to_a_stop_are_better_told_by_a_pace_that_falls() -> Non
     assert losses(laid, model).mean() < losses(laid, abrupt).mean() - 0.3
 
 
+def test_a_fit_may_start_from_what_is_0() -> None:
+    """Its logarithm is none: the complaint was about a prior width that nobody had given."""
+    habits = replace(HabitSettings(), floor=0.0, tempering=0.0, changed_before=0.0)
+    model = unpacked(packed(HumanModel(habits=habits)), HumanModel(habits=habits))
+    assert np.isfinite(packed(model)).all()
+    assert model.habits.floor == pytest.approx(1e-3)
+    with pytest.raises(InvalidInput, match="motion_filter"):
+        fit_model({"a": wavering(1, sigma=0.1)}, replace(model, motion_filter=False))
+
+
 def test_too_few_people_are_refused() -> None:
     with pytest.raises(InvalidInput, match="moments"):
         fit_model({"a": wavering(1, sigma=0.1, duration=4.0)}, HumanModel(), noises=(0.03,))

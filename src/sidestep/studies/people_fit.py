@@ -31,6 +31,7 @@ ITERATIONS = 25
 RIDGE = 1e-3  # pull to the starting values, per unit² of each parameter: what the tracks do not tell stays
 _LOWEST_OMEGA = 1e-4
 _SHORTEST_STOP = 0.1  # s
+_LEAST = 1e-3  # of what may be 0 in a model, but is sought by its logarithm: tempering, floor (m)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +84,7 @@ def packed(model: HumanModel) -> FloatArray:
     return np.array(
         [
             np.log(s.scales[0]), s.prior_class, np.log(s.prior_width), s.standing_class, np.log(s.standing_width),
-            np.log(s.tempering), s.walking_exponent, s.standing_exponent, np.log(s.floor),
+            np.log(max(s.tempering, _LEAST)), s.walking_exponent, s.standing_exponent, np.log(max(s.floor, _LEAST)),
             *(walking[:2] - walking[2]), *(standing[:2] - standing[2]), np.log(max(random, _LOWEST_OMEGA)),
             np.log(max(s.slowing_time, _SHORTEST_STOP)),
         ]
@@ -103,10 +104,10 @@ def unpacked(values: FloatArray, model: HumanModel) -> HumanModel:
         prior_width=_positive(values[2], 0.05, 60.0),
         standing_class=_between(values[3], -3.0, len(s.scales) + 3.0),
         standing_width=_positive(values[4], 0.05, 60.0),
-        tempering=_positive(values[5], 1e-3, 10.0),
+        tempering=_positive(values[5], _LEAST, 10.0),
         walking_exponent=_between(values[6], 0.0, 4.0),
         standing_exponent=_between(values[7], 0.0, 4.0),
-        floor=_positive(values[8], 1e-3, 1.0),
+        floor=_positive(values[8], _LEAST, 1.0),
         walking_modes=walking,
         standing_modes=standing,
         slowing_time=_positive(values[14], _SHORTEST_STOP, 60.0) if s.slowing_time > 0 else 0.0,
@@ -156,8 +157,10 @@ def fit_model(
         progress: called with (steps done, all).
 
     Raises:
-        InvalidInput: too few people were seen long enough.
+        InvalidInput: too few people were seen long enough, or the model learns no habits.
     """
+    if not start.motion_filter:
+        raise InvalidInput("human.motion_filter", False, "true: habits are learned from filtered motion")
     best: tuple[float, HumanModel, Features] | None = None
     tried: dict[float, float] = {}
     for n, noise in enumerate(noises):
