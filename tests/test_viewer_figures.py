@@ -7,7 +7,7 @@ import logging
 import subprocess
 import sys
 from dataclasses import replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,7 @@ from sidestep.simulation.metrics import measure
 from sidestep.simulation.record import Record
 from sidestep.viewer import style
 from sidestep.viewer.figure_occupancy import AHEAD, _projected, chosen_steps, draw_occupancy, shown_mass
-from sidestep.viewer.figure_scene import time_marks
+from sidestep.viewer.figure_scene import draw_paths, time_marks
 from sidestep.viewer.figures import run_figure, save_figure
 from sidestep.viewer.live.messages import Seek
 from sidestep.viewer.live.replay import Replay
@@ -214,6 +214,25 @@ def test_far_futures_are_darker():
 def test_a_folder_that_is_not_there_is_named(tmp_path):
     with pytest.raises(OutputError, match="nowhere"):
         save_figure(run_figure(made_record(snapshots=False)), tmp_path / "nowhere" / "run.png")
+
+
+@pytest.mark.parametrize("people", [1, 2, 3])
+@pytest.mark.parametrize("narrow", [1.0, 0.1])
+def test_no_two_seconds_are_written_on_one_place(people, narrow):
+    """Paths that cross, or run side by side in a corridor."""
+    record = made_record(people=people)
+    squeezed = np.array([1.0, narrow])
+    record = replace(
+        record,
+        robot_positions=record.robot_positions * squeezed,
+        robot_goal=record.robot_goal * squeezed,
+        people_positions=record.people_positions * squeezed,
+    )
+    axes = style.new_figure(6.0, 5.5).add_subplot()
+    draw_paths(axes, record)
+    boxes = [text.get_window_extent() for text in axes.texts if text.get_text().isdigit()]
+    assert len(boxes) >= 3
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
 
 
 def test_who_may_be_anywhere_is_drawn_faintly():

@@ -29,25 +29,27 @@ def draw_paths(
     draw_walls(axes, record, plane)
     marks = time_marks(record)
     few = len(record.people) <= 3
+    robot = record.robot_positions[:, [i, j]]
+    marked = [(robot, style.ROBOT, names)]  # those whose seconds find room first
     for person, rank in enumerate(people_by_nearness(record)):
         colour = style.person_colour(int(rank))
         path = record.people_positions[:, person][:, [i, j]]
         _draw_path(axes, path, colour, crowd=rank >= len(style.PEOPLE))
         if rank < len(style.PEOPLE):
-            _draw_marks(axes, path, record.time, marks, colour, written=names and (few or rank < 2))
+            marked.append((path, colour, names and (few or rank < 2)))
             _draw_start(axes, path, colour, record.people[person] if names else "")
             _draw_goal(axes, record.people_goals[person][[i, j]], colour, "X")
     for number in range(len(record.other_radii)):
         path = record.other_robots[:, number][:, [i, j]]
         _draw_path(axes, path, style.OTHER_ROBOT)
-        _draw_marks(axes, path, record.time, marks, style.OTHER_ROBOT, written=names)
+        marked.append((path, style.OTHER_ROBOT, names))
         _draw_start(axes, path, style.OTHER_ROBOT, f"robot {number + 2}" if names else "")
         _draw_goal(axes, record.other_goals[number][[i, j]], style.OTHER_ROBOT, "*")
-    robot = record.robot_positions[:, [i, j]]
     _draw_path(axes, robot, style.ROBOT)
-    _draw_marks(axes, robot, record.time, marks, style.ROBOT, written=names)
     _draw_start(axes, robot, style.ROBOT, "robot" if names else "")
     _draw_goal(axes, record.robot_goal[[i, j]], style.ROBOT, "*")
+    for path, colour, written in marked:
+        _draw_marks(axes, path, record.time, marks, colour, written=written)
     near = closest_approaches(record)
     if near:
         draw_approach(axes, record, near[0], plane)
@@ -122,7 +124,9 @@ def frame_scene(axes: Axes, record: Record, plane: Plane, *, shape: float = 1.1)
     for number in range(len(record.other_radii)):
         points += [record.other_robots[:, number][:, [i, j]], record.other_goals[number][None, [i, j]]]
     everything = np.concatenate(points)
-    low, high = np.nanmin(everything, axis=0) - 1.1, np.nanmax(everything, axis=0) + 0.9
+    low, high = np.nanmin(everything, axis=0), np.nanmax(everything, axis=0)
+    room = max(1.0, 0.065 * float((high - low).max()))  # m; for the names, which are as large in a hall as in a room
+    low, high = low - 1.1 * room, high + 0.9 * room
     centre, half = (low + high) / 2, (high - low) / 2
     half = np.maximum(half, half[::-1] * np.array([shape, 1 / shape]))
     axes.set_xlim(float(centre[0] - half[0]), float(centre[0] + half[0]))
@@ -139,8 +143,9 @@ def _draw_marks(
 ) -> None:
     at = np.stack([np.interp(marks, time, path[:, a], left=np.nan, right=np.nan) for a in (0, 1)], axis=1)
     axes.plot(*at.T, color=colour, marker="o", markersize=5, linestyle="", markeredgecolor="white", zorder=5)
-    for point, instant in zip(at, marks, strict=True):
-        if written and np.isfinite(point).all() and instant > time[0]:
+    moved = np.linalg.norm(np.diff(at, axis=0, prepend=np.nan), axis=1) != 0.0  # who stands is marked once
+    for point, instant, new in zip(at, marks, moved, strict=True):
+        if written and new and np.isfinite(point).all() and instant > time[0]:
             _write_beside(axes, point, _normal(path, time, float(instant)), f"{instant:g}", colour)
 
 
@@ -153,18 +158,25 @@ def _normal(path: FloatArray, time: FloatArray, instant: float) -> Vector:
 
 
 def _write_beside(axes: Axes, point: Vector, direction: Vector, text: str, colour: str) -> None:
-    axes.annotate(
-        text,
-        (float(point[0]), float(point[1])),
-        xytext=tuple(12.0 * direction),
-        textcoords="offset points",
-        color=colour,
-        fontsize=style.SMALL,
-        ha="center",
-        va="center",
-        zorder=7,
-        path_effects=style.halo(),
-    )
+    """Write on one side or the other, or nothing where both are taken: two labels on one place say less than one."""
+    others = [other.get_window_extent() for other in axes.texts]
+    for side in (direction, -direction):
+        label = axes.annotate(
+            text,
+            (float(point[0]), float(point[1])),
+            xytext=tuple(12.0 * side),
+            textcoords="offset points",
+            color=colour,
+            fontsize=style.SMALL,
+            ha="center",
+            va="center",
+            zorder=7,
+            path_effects=style.halo(),
+        )
+        box = label.get_window_extent()
+        if not any(box.overlaps(other) for other in others):
+            return
+        label.remove()
 
 
 def _draw_start(axes: Axes, path: FloatArray, colour: str, label: str) -> None:
