@@ -120,6 +120,14 @@ def test_other_archives_newer_versions_and_absent_files_are_told_apart(tmp_path)
         read_record(tmp_path / "absent.npz")
 
 
+@pytest.mark.parametrize("content", [b"\x89PNG\r\n\x1a\n...", b'description = "A scenario."\n'])
+def test_a_picture_or_a_scenario_is_not_said_to_hold_pickles(tmp_path, content):
+    """NumPy takes whatever it does not know for one, and speaks of files that are to be trusted."""
+    (tmp_path / "figure.png").write_bytes(content)
+    with pytest.raises(InvalidFile, match="a file of another kind"):
+        read_record(tmp_path / "figure.png")
+
+
 def test_pickles_are_refused(tmp_path):
     np.savez(tmp_path / "evil.npz", meta=np.array({"a": 1}, dtype=object))
     with pytest.raises(InvalidFile, match="pickle"):

@@ -27,6 +27,8 @@ def read_arrays(path: Path, what: str) -> dict[str, NDArray[Any]]:
     """
     try:
         with path.open("rb") as file:  # NumPy leaves what it opened itself open when it fails
+            if not file.peek(2).startswith((b"PK", b"\x93N")):  # which NumPy would take for a pickle, and say so
+                raise ValueError("a file of another kind")
             archive = np.load(file, allow_pickle=False)
             if isinstance(archive, np.lib.npyio.NpzFile):
                 with archive:
