@@ -49,8 +49,10 @@ class Announced:
     What is in it is not judged here: `FleetPlanner.step` stops where it cannot tell where the other robot will be.
 
     Attributes:
-        path: (K+1, d) m, K ≥ 1, from now on at multiples of the time step; past its end the robot stands.
-        radius: m, of its body.
+        path: (K+1, d) m, K ≥ 1, of the point that planning moves (`Plan.positions`), from now on at multiples of the
+            time step; past its end the robot stands.
+        radius: m, of a disc around that point which covers the body: its `planning_radius`. That of the body itself
+            leaves out how far a base with two wheels reaches back from its point.
         settled: it was planned for now and is what the robot will do; else the robot may stop instead.
     """
 
