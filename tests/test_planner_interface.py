@@ -192,6 +192,26 @@ def test_losing_sight_stops_within_the_timeout_and_recovers() -> None:
     assert p.step(time=1.7, robot=ROBOT, people=seen).status != "stopped"
 
 
+@pytest.mark.parametrize("before", [None, 0.0])
+def test_people_of_whom_nobody_can_say_where_they_are_are_no_news_of_nobody(before: float | None) -> None:
+    """The call after it, which brought no data, was planned as if nobody were there: full speed, certified."""
+    p = planner(timeout=1.0)
+    if before is not None:
+        p.step(time=before, robot=ROBOT, people=[person(40.0, 40.0, id="b")])
+    stop = p.step(time=1.0, robot=ROBOT, people=[person(NAN, 0.0)])
+    assert "position is [nan" in stop.reason
+    plan = p.step(time=1.2, robot=ROBOT, people=None)
+    assert plan.status == "stopped"
+    assert plan.reason == f"no observation of people {'yet' if before is None else 'for 1.20 s'}"
+
+
+def test_after_the_clock_ran_backwards_no_data_is_no_news_of_nobody() -> None:
+    p = planner(timeout=1.0)
+    p.step(time=5.0, robot=ROBOT, people=[person(0.0, -3.5)])
+    assert "backwards" in p.step(time=1.0, robot=ROBOT, people=[person(0.0, -3.5)]).reason
+    assert p.step(time=1.5, robot=ROBOT, people=None).reason == "no observation of people yet"
+
+
 def test_two_people_with_the_same_name_are_both_avoided() -> None:
     p = planner()
     plan = p.step(time=0.0, robot=ROBOT, people=[person(1.0, -3.0), person(-1.0, -3.0)])

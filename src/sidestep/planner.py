@@ -218,7 +218,7 @@ class Planner:
         if time < self._time:
             back = self._time - time
             self.reset()
-            self._time = self._informed = time
+            self._time = time
             return f"time ran backwards by {back:.3g} s; starting afresh"
         if robot.position.shape != self.goal.shape:
             return f"robot position has {minds.coordinates_of(robot.position)}, the goal {self.goal.size}"
@@ -228,10 +228,9 @@ class Planner:
             return f"robot heading is {robot.heading}; a differential drive needs a finite one"
         self._interval = self._until_next(time - self._time)
         self._time = time
-        if people is not None:
-            self._informed = time
-        elif time - self._informed > self.settings.timeout:
-            age = "yet" if self._informed == -math.inf else f"for {time - self._informed:.2f} s"
+        informed = self._informed if people is None else time
+        if time - informed > self.settings.timeout:
+            age = "yet" if informed == -math.inf else f"for {time - informed:.2f} s"
             return f"no observation of people {age}"
         try:
             self._minds = minds.met(
@@ -245,6 +244,7 @@ class Planner:
             )
         except minds.Unplaceable as problem:
             return str(problem)
+        self._informed = informed  # not by people of whom nobody can say where they are
         return ""
 
     def _until_next(self, gap: float) -> float:
