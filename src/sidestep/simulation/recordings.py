@@ -136,8 +136,8 @@ def check_people(recordings: Iterable[Recording], kinds: Iterable[str], where: s
     wanted, scenes = set(kinds), list(recordings)
     held = {track.kind for recording in scenes for track in recording.tracks}
     if not held & wanted:
-        name = f"{where}: kind"
-        raise InvalidInput(name, ", ".join(sorted(held)), f"{' or '.join(sorted(wanted))} for people", "rename them")
+        told, mend = (", ".join(sorted(held)), "rename them") if held else ("nobody", "leave out fewer scenes")
+        raise InvalidInput(f"{where}: kind", told, f"{' or '.join(sorted(wanted))} for people", mend)
     tracks = [t for recording in scenes for t in recording.of_kinds(wanted).tracks if len(t.time) > 1]
     if not tracks:
         return
