@@ -74,6 +74,29 @@ def test_distance_to_a_map(place):
         assert exact < 0.02
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_of_many_polygons_the_nearest_counts_wherever_it_stands_in_the_list(seed):
+    """Most are passed over whole; alone, none is."""
+    rng = np.random.default_rng(seed)
+    turns = [np.sort(rng.uniform(0.0, 2 * np.pi, n)) for n in rng.integers(2, 12, 60)]
+    polygons = [
+        rng.uniform(-6, 6, 2) + rng.uniform(0.05, 2.0) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        for turn in turns
+    ]
+    points = rng.uniform(-8, 8, (400, 2))
+    alone = np.array([Obstacles(polygons=[polygon]).distance(points) for polygon in polygons])
+    inside = (alone < 0.0).any(axis=0)
+    assert inside.any()
+    expected = np.where(inside, -1.0, 1.0) * np.abs(alone).min(axis=0)
+    assert Obstacles(polygons=polygons).distance(points) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("polygons", [None, 5])
+def test_what_is_no_list_of_polygons_is_refused(polygons):
+    with pytest.raises(InvalidInput, match=r"obstacles\.polygons: got .*allowed: a list of polygons"):
+        Obstacles(polygons=polygons)
+
+
 def test_walls_of_both_kinds_count():
     both = Obstacles(polygons=[SQUARE], grid=some_grid())
     points = np.random.default_rng(1).uniform(-3, 4, (50, 2))

@@ -11,7 +11,7 @@ Walls are flat and reach to the sky: in 3-D the first two coordinates count. On 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -83,6 +83,8 @@ class Obstacles:
         self, *, polygons: Sequence[FloatArray | Sequence[VectorLike]] = (), grid: OccupancyGrid | None = None
     ) -> None:
         of_kind("obstacles.grid", grid, OccupancyGrid, optional=True)
+        if not isinstance(polygons, Iterable):
+            raise InvalidInput("obstacles.polygons", polygons, "a list of polygons, each at least 2 corners (V, 2) m")
         self.polygons = tuple(_polygon(p, i) for i, p in enumerate(polygons))
         self.grid = grid
 
@@ -145,9 +147,10 @@ class Obstacles:
     def _shapes(self) -> tuple[FloatArray, BoolArray, FloatArray, FloatArray]:
         """What the kernels read: segments, cells, the cells' frame, and bounds on their distances."""
         rows = [
-            np.column_stack([p, np.roll(p, -1, axis=0), np.full(len(p), float(i))]) for i, p in enumerate(self.polygons)
+            np.column_stack([p, np.roll(p, -1, axis=0), np.tile([len(p), *p.min(axis=0), *p.max(axis=0)], (len(p), 1))])
+            for p in self.polygons
         ]
-        segments = np.concatenate(rows) if rows else np.zeros((0, 5))
+        segments = np.concatenate(rows) if rows else np.zeros((0, 9))
         if self.grid is None:
             return segments, np.zeros((0, 0), dtype=np.bool_), np.zeros(5), np.zeros((0, 0))
         from scipy.ndimage import distance_transform_edt
