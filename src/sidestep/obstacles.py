@@ -11,7 +11,7 @@ Walls are flat and reach to the sky: in 3-D the first two coordinates count. On 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -83,9 +83,11 @@ class Obstacles:
         self, *, polygons: Sequence[FloatArray | Sequence[VectorLike]] = (), grid: OccupancyGrid | None = None
     ) -> None:
         of_kind("obstacles.grid", grid, OccupancyGrid, optional=True)
-        if not isinstance(polygons, Iterable):
-            raise InvalidInput("obstacles.polygons", polygons, "a list of polygons, each at least 2 corners (V, 2) m")
-        self.polygons = tuple(_polygon(p, i) for i, p in enumerate(polygons))
+        try:
+            listed = list(polygons)
+        except TypeError:
+            raise InvalidInput("obstacles.polygons", polygons, "a list of polygons, each (V, 2) m") from None
+        self.polygons = tuple(_polygon(p, i) for i, p in enumerate(listed))
         self.grid = grid
 
     def __bool__(self) -> bool:
