@@ -33,13 +33,12 @@ from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.person_mass import PersonMass
 from sidestep.robots import RobotState
-from sidestep.situation import Situation
+from sidestep.situation import STANDS, Situation
 from sidestep.types import FloatArray, Path, Vector, VectorLike, frozen_array, plausible
 
 MARGIN = 0.10  # m beyond contact that plans keep from other robots
 FIRST_MARGIN = 0.05  # m beyond contact that the first action keeps
 LEAST_MARGIN = 0.01  # m beyond contact, below which the robot stops
-_STANDS = 0.25  # m/s, below which a robot stands
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -166,7 +165,7 @@ class AmongRobots(Situation):
         """Whether another robot stands nearer than plans keep from it."""
         going = other.first_velocities(self.settings.time_step)
         near = math.dist(other.path[0], self.start) < self.robot.planning_radius + other.radius + MARGIN
-        return near and float(np.abs(going).max()) < _STANDS
+        return near and float(np.abs(going).max()) < STANDS
 
     def problem_under(self, seen: Forecast) -> PlanningProblem:
         """Return Eq. 9 under a prediction, in which other robots count like people who are sure of their way."""

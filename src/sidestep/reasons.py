@@ -40,7 +40,9 @@ def _too_narrow(now: Situation, outcome: Outcome) -> str:
 
 def _short_of_the_goal(now: Situation) -> str:
     """Say so where the goal is nearer to walls than the disc around the robot's point may come, or ''."""
-    gap = 0.0 if now.field is None else math.dist(now.field.goal, now.goal)
-    if now.field is None or gap <= now.field.spacing:
+    if now.field is None:
+        return ""
+    gap = math.dist(now.field.goal, now.goal)
+    if gap <= now.field.spacing:
         return ""
     return f"; walls keep the robot {gap:.2f} m from the goal: it needs {now.robot.planning_radius:.2f} m to them"

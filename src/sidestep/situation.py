@@ -30,8 +30,9 @@ from sidestep.types import Path, Vector
 
 STAYS = 0.1
 """Of the way that is open; a motion that gains less leads nowhere."""
+STANDS = 0.25
+"""m/s, below which somebody, or another robot, stands."""
 _AT_GOAL = 0.01  # m, within which there is no way left to give up
-_STANDS = 0.25  # m/s, below which somebody stands
 _BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
 _PATIENCE = 4.0  # s of waiting, after which what stands about is taken to go on standing
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
@@ -281,7 +282,7 @@ class Situation:
 def _stands(mind: Mind) -> bool:
     """Whether somebody stands, and has for a while."""
     paces = [mind.velocity] if mind.habits is None else [mind.velocity, mind.habits.mean_velocity]
-    return all(math.hypot(*pace.tolist()) < _STANDS for pace in paces)
+    return all(math.hypot(*pace.tolist()) < STANDS for pace in paces)
 
 
 def circumstances(
