@@ -121,6 +121,25 @@ def test_the_longer_somebody_is_not_seen_the_less_is_known_of_where_they_are() -
     assert back.unseen == 0.0
 
 
+@pytest.mark.parametrize("learned", [True, False])
+def test_what_is_believed_of_somebody_out_of_view_fades_with_the_time_that_passes_not_with_the_calls(
+    learned: bool,
+) -> None:
+    """At every call the whole time since they were seen was counted once more: at 50 Hz a second was as long as 25."""
+    model = HumanModel(switch_rate=0.1, motion_filter=learned, steadiness=learned, online_randomness=learned)
+    met = partial(minds.met, model=model, dimension=2, time_step=STEP, memory=10.0)
+    seen = PersonObservation(id="a", position=(0.0, 0.0), velocity=(1.2, 0.0))
+    back = PersonObservation(id="a", position=(2.4, 0.0), velocity=(1.2, 0.0))
+    (first,) = met({}, [seen], 0.0).values()
+    for rate in (1, 10, 50):
+        known = {"a": replace(first, belief=bayes.with_concern(first.belief, 0.99))}
+        for call in range(1, rate + 1):
+            known = met(known, [], call / rate)
+        assert known["a"].belief.concerned == pytest.approx(0.5 + 0.49 * np.exp(-0.2))
+        known = met(known, [back], 2.0)
+        assert known["a"].belief.concerned == pytest.approx(0.5 + 0.49 * np.exp(-0.4))
+
+
 def test_goals_are_given_listed_or_directions() -> None:
     assert isinstance(minds.meet(sees((0.0, 0.0)), HumanModel(), 0.0).goals[0], PointGoal)
     listed = HumanModel(goals=((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)))

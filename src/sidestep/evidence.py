@@ -33,7 +33,7 @@ def concern(mind: Mind, facing: Facing | None, state: Habits | None, time: float
             mind.belief,
             switch_rate=model.switch_rate,
             prior_concerned=model.prior_concerned,
-            elapsed=max(time - mind.seen, 0.0),
+            elapsed=max(time - mind.seen - mind.unseen, 0.0),
         ).concerned
     odds = model.prior_concerned / (1.0 - model.prior_concerned) * math.exp(told)
     return odds / (1.0 + odds)
@@ -43,7 +43,7 @@ def weighed(mind: Mind, position: Vector, covariance: FloatArray, time: float, t
     """Eq. 8 against the anchor, after letting awareness change its mind."""
     anchor = mind.anchor
     model = mind.model
-    since = mind.seen if anchor is None else anchor.time
+    since = mind.seen + mind.unseen if anchor is None else anchor.time
     elapsed = max(time - since, 0.0)
     start = mind.belief if anchor is None else anchor.belief
     believed = bayes.relax(start, switch_rate=model.switch_rate, prior_concerned=model.prior_concerned, elapsed=elapsed)

@@ -46,9 +46,9 @@ class Mind:
         position: (d,) m; velocity: (d,) m/s; now, filtered and carried forward.
         habits: what was learned from the past, or None where the model switches that off.
         goals: candidates, in the order of the belief's rows.
-        belief: now; anchor: None until the person was predicted.
+        belief: `unseen` s after `seen`; anchor: None until the person was predicted.
         facing: the robot's way and the person's courses, where β is learned from the clearance they gain.
-        unseen: s since they were seen.
+        unseen: s since they were seen, at the last call.
     """
 
     id: str

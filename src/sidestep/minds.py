@@ -174,7 +174,7 @@ def miss(mind: Mind, time: float) -> Mind:
         mind.belief,
         switch_rate=mind.model.switch_rate,
         prior_concerned=mind.model.prior_concerned,
-        elapsed=ahead,
+        elapsed=ahead - mind.unseen,
     )
     place = frozen_array(start + ahead * mind.velocity)
     return replace(mind, position=place, belief=relaxed, anchor=None, unseen=ahead)
