@@ -8,7 +8,17 @@ import pickle
 import numpy as np
 import pytest
 
-from sidestep import DifferentialDrive, Holonomic, HumanModel, Obstacles, Planner, PlannerSettings, RobotState
+from sidestep import (
+    Announced,
+    DifferentialDrive,
+    Holonomic,
+    HumanModel,
+    Obstacles,
+    PersonObservation,
+    Planner,
+    PlannerSettings,
+    RobotState,
+)
 from sidestep.checks import one_of
 from sidestep.errors import InvalidFile, InvalidInput, MissingExtra, OutputError, SidestepError, UnknownName
 from sidestep.human.habit_settings import HabitSettings
@@ -214,3 +224,45 @@ def test_a_filter_of_something_else_is_refused_when_it_is_made(value):
 def test_a_name_is_no_scenario_and_it_says_what_reads_one():
     with pytest.raises(InvalidInput, match=r"simulate.scenario.*'crossing'.*load_scenario"):
         simulate("crossing")
+
+
+@pytest.mark.parametrize("value", ["x", (1.0, "a"), {1: 2.0}, [(1.0, 2.0), (3.0,)], (10**400, 0.0), object()], ids=repr)
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda v: RobotState(position=v), "robot.position"),
+        (lambda v: RobotState(position=(0.0, 0.0), velocity=v), "robot.velocity"),
+        (lambda v: PersonObservation(id="a", position=v), "person 'a': position"),
+        (lambda v: PersonObservation(id="a", position=(0.0, 0.0), velocity=v), "person 'a': velocity"),
+        (
+            lambda v: PersonObservation(id=7, position=(0.0, 0.0), position_covariance=v),
+            "person 7: position_covariance",
+        ),
+        (lambda v: Announced(path=v, radius=0.3, settled=True), "announced.path"),
+    ],
+)
+def test_what_is_measured_and_no_numbers_is_refused_in_one_line(make, field, value):
+    with pytest.raises(InvalidInput, match=f"^{field}: got .*; allowed: ") as caught:
+        make(value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_what_is_masked_was_not_measured():
+    """What lay under the mask was taken for the place."""
+    masked = np.ma.masked_array([0.0, -4.0], mask=[False, True])
+    planner = Planner(robot=Holonomic(), goal=(0.0, 5.0), horizon=4)
+    here = RobotState(position=(0.0, -5.0))
+    hidden = PersonObservation(id="a", position=masked, velocity=masked, position_covariance=np.ma.masked_all((2, 2)))
+    assert np.isnan(hidden.position[1])
+    plan = planner.step(time=0.0, robot=here, people=[hidden])
+    assert (plan.status, plan.reason) == ("stopped", "person 'a': position is [0.0, nan]")
+    lost = planner.step(time=0.5, robot=RobotState(position=masked), people=[])
+    assert (lost.status, lost.reason) == ("stopped", "robot position is [0.0, nan]")
+    whole = np.ma.masked_array([0.0, -4.0], mask=False)
+    assert PersonObservation(id="a", position=whole).position.tolist() == [0.0, -4.0]
+    with pytest.raises(InvalidInput, match=r"planner\.goal"):
+        planner.goal = masked
+    with pytest.raises(InvalidInput, match=r"obstacles\.polygons\[0\]"):
+        Obstacles(polygons=[np.ma.masked_array(SQUARE, mask=[[0, 0], [0, 1], [0, 0]])])
+    with pytest.raises(InvalidInput, match=r"obstacles\.grid\.occupied"):
+        OccupancyGrid(occupied=np.ma.masked_array([[True, False]], mask=[[False, True]]), resolution=0.1)

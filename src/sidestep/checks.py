@@ -10,7 +10,7 @@ from typing import Any, get_args
 import numpy as np
 
 from sidestep.errors import InvalidInput, UnknownName
-from sidestep.types import LARGEST
+from sidestep.types import LARGEST, FloatArray, VectorLike, settled
 
 MOST = 10_000_000
 """Episodes, trips, moments; a list of more pieces of work fits no memory."""
@@ -155,6 +155,18 @@ def seeded(field: str, value: int) -> int:
     if not 0 <= value < 2**32:
         raise InvalidInput(field, value, f"an integer ≥ 0 and < {2**32}")
     return value
+
+
+def measured(field: str, value: VectorLike | FloatArray, allowed: str = "numbers") -> FloatArray:
+    """Return what a sensor or a caller tells as a read-only array; what numbers are in it is not looked at.
+
+    Raises:
+        InvalidInput: it is not numbers at all.
+    """
+    try:
+        return settled(value)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput(field, value, allowed) from None
 
 
 def numbers_in(value: object) -> tuple[float, ...]:

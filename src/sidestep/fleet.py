@@ -19,9 +19,8 @@ from time import perf_counter
 
 import numpy as np
 
-from sidestep.checks import WIDEST, of_kind
+from sidestep.checks import WIDEST, measured, of_kind
 from sidestep.detour import Disc
-from sidestep.errors import InvalidInput
 from sidestep.forecast import Forecast
 from sidestep.human.observation import PersonObservation
 from sidestep.lattice import Lattice
@@ -34,7 +33,7 @@ from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.person_mass import PersonMass
 from sidestep.robots import RobotState
 from sidestep.situation import STANDS, Situation
-from sidestep.types import FloatArray, Path, Vector, VectorLike, frozen_array, plausible
+from sidestep.types import FloatArray, Path, Vector, VectorLike, plausible
 
 MARGIN = 0.10  # m beyond contact that plans keep from other robots
 FIRST_MARGIN = 0.05  # m beyond contact that the first action keeps
@@ -60,10 +59,7 @@ class Announced:
     settled: bool
 
     def __post_init__(self) -> None:
-        try:
-            object.__setattr__(self, "path", frozen_array(self.path))
-        except (TypeError, ValueError):
-            raise InvalidInput("announced.path", self.path, "(K + 1, d) numbers (m), K ≥ 1") from None
+        object.__setattr__(self, "path", measured("announced.path", self.path, "(K + 1, d) numbers (m), K ≥ 1"))
 
     def unusable(self, dimension: int) -> str:
         """Say why nobody can tell where the robot will be, or ''."""

@@ -21,7 +21,7 @@ from sidestep._kernels.walls import PAD, free_points, free_segments, wall_distan
 from sidestep.checks import Checks, of_kind
 from sidestep.errors import InvalidInput
 from sidestep.lattice import Lattice
-from sidestep.types import BoolArray, FloatArray, VectorLike
+from sidestep.types import BoolArray, FloatArray, VectorLike, frozen_array
 
 SEGMENT_STEP = 0.005
 """m, finest step along a segment; a wall may intrude into the margin by at most half of it unseen."""
@@ -49,8 +49,8 @@ class OccupancyGrid:
             occupied = np.array(self.occupied, dtype=np.bool_, order="C")
         except (TypeError, ValueError):
             occupied = np.zeros(0, dtype=np.bool_)
-        if occupied.ndim != 2 or occupied.size == 0:
-            raise check.wrong("occupied", "a non-empty 2-D array of true and false")
+        if occupied.ndim != 2 or occupied.size == 0 or np.ma.is_masked(self.occupied):
+            raise check.wrong("occupied", "a non-empty 2-D array of true and false, none of them masked")
         occupied.setflags(write=False)
         object.__setattr__(self, "occupied", occupied)
         check.numbers("resolution", above=0.0, unit="m")
@@ -188,12 +188,11 @@ def coarse_enough(width: float, height: float, cells: int) -> float:
 
 def _polygon(corners: FloatArray | Sequence[VectorLike], index: int) -> FloatArray:
     try:
-        array = np.array(corners, dtype=np.float64)
+        array = frozen_array(corners)
     except (TypeError, ValueError):
         array = np.zeros((0, 2))
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2 or not np.isfinite(array).all():
         raise InvalidInput(f"obstacles.polygons[{index}]", corners, "at least 2 finite corners (V, 2) m")
-    array.setflags(write=False)
     return array
 
 

@@ -35,8 +35,10 @@ Shape = Literal["box", "disc"]
 Status = Literal["certified", "least_risk", "stopped"]
 
 
-def frozen_array(values: VectorLike | FloatArray) -> FloatArray:
-    """Return a read-only, contiguous float64 copy of `values` (shape kept)."""
+def frozen_array(values: VectorLike | FloatArray | Sequence[VectorLike]) -> FloatArray:
+    """Return a read-only, contiguous float64 copy of `values` (shape kept), NaN where an array is masked."""
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(np.float64), np.nan)
     array = np.array(values, dtype=np.float64, order="C")
     array.setflags(write=False)
     return array

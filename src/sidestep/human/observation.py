@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sidestep.checks import measured
 from sidestep.human.model import HumanModel
-from sidestep.types import FloatArray, Vector, VectorLike, settled
+from sidestep.types import FloatArray, Vector, VectorLike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PersonObservation:
     """One person, as measured now.
 
-    Not validated here: `Planner.step` takes whatever a sensor says and answers with a safe plan.
+    Not validated here: `Planner.step` takes whatever a sensor says and answers with a safe plan. What is masked in an
+    array was not measured: NaN.
 
     Attributes:
         id: identity that a tracker keeps over time.
@@ -22,6 +24,9 @@ class PersonObservation:
         model: the model of this person, or None for the planner's.
         position_covariance: (d, d) m², or None: then the model's `measurement_noise`.
         velocity_covariance: (d, d) m²/s², or None.
+
+    Raises:
+        InvalidInput: something is not numbers at all.
     """
 
     id: str
@@ -45,9 +50,13 @@ class PersonObservation:
     ) -> None:
         keep = object.__setattr__
         keep(self, "id", id)
-        keep(self, "position", settled(position))
-        keep(self, "velocity", None if velocity is None else settled(velocity))
-        keep(self, "goal", None if goal is None else settled(goal))
+        keep(self, "position", measured(f"person {id!r}: position", position))
         keep(self, "model", model)
-        keep(self, "position_covariance", None if position_covariance is None else settled(position_covariance))
-        keep(self, "velocity_covariance", None if velocity_covariance is None else settled(velocity_covariance))
+        told = {
+            "velocity": velocity,
+            "goal": goal,
+            "position_covariance": position_covariance,
+            "velocity_covariance": velocity_covariance,
+        }
+        for name, value in told.items():
+            keep(self, name, None if value is None else measured(f"person {id!r}: {name}", value))

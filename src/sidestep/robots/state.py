@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sidestep.types import Vector, VectorLike, settled
+from sidestep.checks import measured
+from sidestep.types import Vector, VectorLike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -15,8 +16,13 @@ class RobotState:
         position: (d,) m.
         heading: rad, counter-clockwise from the x axis; needed by `DifferentialDrive`.
         velocity: (d,) m/s, or None when unknown; used where acceleration is limited, and then taken from how far the
-            robot has come since the last call. For `DifferentialDrive` that
-            of its reference, or of the axle: what points across the heading is taken to come from turning.
+            robot has come since the last call. For `DifferentialDrive` that of its reference, or of the axle: what
+            points across the heading is taken to come from turning.
+
+    What is masked in an array was not measured: NaN.
+
+    Raises:
+        InvalidInput: position or velocity are not numbers.
     """
 
     position: Vector
@@ -26,6 +32,6 @@ class RobotState:
     def __init__(
         self, *, position: VectorLike, heading: float | None = None, velocity: VectorLike | None = None
     ) -> None:
-        object.__setattr__(self, "position", settled(position))
+        object.__setattr__(self, "position", measured("robot.position", position))
         object.__setattr__(self, "heading", heading)
-        object.__setattr__(self, "velocity", None if velocity is None else settled(velocity))
+        object.__setattr__(self, "velocity", None if velocity is None else measured("robot.velocity", velocity))
