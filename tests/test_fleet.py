@@ -72,6 +72,21 @@ def test_nobody_announced_is_the_planner_itself():
     np.testing.assert_array_equal(plans[0].positions, plans[1].positions)
 
 
+def test_a_robot_that_is_stopped_for_another_is_known_to_stand(monkeypatch):
+    """The next call took it to move as it would have, had it not been stopped."""
+    planners = [FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4) for _ in range(2)]
+    calls = [{"time": 0.5 * k, "robot": sidestep.RobotState(position=(0.0, 0.0)), "people": []} for k in range(2)]
+    with monkeypatch.context() as patch:
+        patch.setattr(FleetPlanner, "_collides", lambda *_: True)
+        stopped = planners[0].step(**calls[0])
+    assert (stopped.status, stopped.reason) == ("stopped", "another robot has the way")
+    planners[1].step(time=0.0, robot=calls[0]["robot"], people=None)  # no data: a stop, too
+    for planner in planners:
+        planner.goal = (0.0, -4.0)  # to turn round costs more for who moves
+    costs = [planner.step(**calls[1]).cost for planner in planners]
+    assert costs[0] == costs[1]
+
+
 def test_forgetting_everybody_forgets_robots():
     planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)
     planner.announce([Announced(path=_path((0.0, 0.8), (0.0, -1.0)), radius=0.3, settled=True)])

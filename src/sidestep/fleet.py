@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from time import perf_counter
 
 import numpy as np
 
@@ -99,25 +98,16 @@ class FleetPlanner(Planner):
         super().reset()
         self._others = ()
 
-    def step(
-        self,
-        *,
-        time: float,
-        robot: RobotState,
-        people: Sequence[PersonObservation] | None,
-        wish: VectorLike | None = None,
-    ) -> Plan:
-        """Return a motion for now, as `Planner.step` does; a stop where it would come too close to another robot."""
-        started = perf_counter()
-        plan = super().step(time=time, robot=robot, people=people, wish=wish)
-        if plan.status == "stopped" or not self._collides(self.robot.reference(robot), plan.velocity):
-            return plan
-        self._last = None
-        return self._stopped(time, robot, "another robot has the way", started)
-
     def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
         trouble = super()._trouble(time, robot, people)
         return trouble or next(filter(None, (other.unusable(self.goal.size) for other in self._others)), "")
+
+    def _planned(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Plan:
+        """As `Planner` does; a stop where that would come too close to another robot."""
+        plan = super()._planned(time, robot, started, wish)
+        if plan.status == "stopped" or not self._collides(self.robot.reference(robot), plan.velocity):
+            return plan
+        return self._stopped(time, robot, "another robot has the way", started)
 
     def _collides(self, start: Vector, velocity: Vector) -> bool:
         """Whether a velocity (d,) m/s comes nearer than allowed to what another robot may do until the next call."""
