@@ -183,6 +183,21 @@ def test_time_running_backwards_stops_once_and_then_starts_afresh() -> None:
     assert p.step(time=1.5, robot=ROBOT, people=seen).status == "certified"
 
 
+@pytest.mark.parametrize("measured", [True, False])
+@pytest.mark.parametrize("limit", [None, 1.0])
+def test_who_is_asked_again_in_the_same_instant_answers_the_same(limit: float | None, measured: bool) -> None:
+    """The clock of a simulation may be slower than who asks: that tells nothing of the next call, or of the base."""
+    base = sidestep.Holonomic(max_speed=1.0, radius=0.3, max_acceleration=limit)
+    one, state = planner(robot=base), sidestep.RobotState(position=(0.0, -5.0), velocity=(0.0, 0.0))
+    for k in range(5):
+        told = state if measured else dataclasses.replace(state, velocity=None)
+        people = [person(-3.0 + 0.45 * k, -2.0, velocity=(0.9, 0.0))]
+        first, again = (one.step(time=0.5 * k, robot=told, people=people) for _ in range(2))
+        assert again.status == first.status
+        np.testing.assert_allclose(again.velocity, first.velocity, atol=0.01)
+        state = base.follow(first.velocity, state, 0.5)
+
+
 def test_losing_sight_stops_within_the_timeout_and_recovers() -> None:
     p = planner(timeout=1.0)
     seen = [person(-4.0, 0.0, velocity=(1.0, 0.0))]

@@ -26,19 +26,22 @@ class OwnMotion:
         self._timeout = timeout
         self._was: tuple[float, Vector] | None = None  # s and m, the reference at the last call
         self._mean: Vector | None = None  # m/s, its mean velocity until then, where nobody measures it
-        self._asked: tuple[float, Vector] | None = None  # s and m/s, what the last call asked for, unless a stop
+        self._reckoned: Vector | None = None  # m/s, its velocity at the last call, as far as positions tell
+        self._asked: tuple[float, Vector | None] = (-math.inf, None)  # s and m/s, by the last call; None for a stop
+        self._held = self._asked  # what had been asked for until then
 
     def asks(self, time: float, velocity: Vector | None) -> None:
         """Keep what is asked for at `time` s: (d,) m/s of the reference, or None for a stop."""
-        self._asked = None if velocity is None else (time, velocity)
+        if time != self._asked[0]:
+            self._held = self._asked
+        self._asked = time, velocity
 
     def velocity(self, time: float, state: RobotState) -> Vector | None:
         """(d,) m/s, that the robot moves with: as measured where acceleration is limited, else as last asked for."""
         if self._robot.planning_acceleration is not None:
             return self._robot.reference_velocity(state)
-        if self._asked is None or time - self._asked[0] > self._timeout:
-            return None
-        return self._asked[1]
+        since, velocity = self._held if time == self._asked[0] else self._asked
+        return velocity if time - since <= self._timeout else None
 
     def completed(self, time: float, measured: RobotState) -> RobotState:
         """Return the state with a velocity where one is needed: as measured, else reckoned since the last call.
@@ -46,22 +49,26 @@ class OwnMotion:
         What cannot be a velocity of this base is none, whether one is needed or not.
         """
         before, here = self._was, self._robot.reference(measured)
-        self._was = time, here
-        known = [measured.velocity]
-        if self._robot.planning_acceleration is None:
-            pass  # the base has whatever velocity it is asked for
-        elif before is not None and 0.0 < time - before[0] <= self._timeout:
-            elapsed = time - before[0]
-            known.append(self._reached((here - before[1]) / elapsed, elapsed))
-        else:
-            self._mean = None
+        if before is None or time != before[0]:  # who is asked again in the same instant knows no more
+            self._was = time, here
+            self._reckoned = self._since(before, time, here)
         fastest = _IMPLAUSIBLE * self._robot.planning_speed
         told = (
             v
-            for v in known
+            for v in (measured.velocity, self._reckoned)
             if v is not None and v.shape == here.shape and np.isfinite(v).all() and np.abs(v).max() <= fastest
         )
         return replace(measured, velocity=next(told, None))
+
+    def _since(self, before: tuple[float, Vector] | None, time: float, here: Vector) -> Vector | None:
+        """(d,) m/s at `time` s by the way since `before` tells, None where none is needed or known."""
+        if self._robot.planning_acceleration is None:
+            return None  # the base has whatever velocity it is asked for
+        if before is None or not 0.0 < time - before[0] <= self._timeout:
+            self._mean = None
+            return None
+        elapsed = time - before[0]
+        return self._reached((here - before[1]) / elapsed, elapsed)
 
     def _reached(self, mean: Vector, elapsed: float) -> Vector:
         """Return (d,) m/s, the velocity now of a base that moved with `mean` since the last call, `elapsed` s ago.

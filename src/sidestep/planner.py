@@ -248,8 +248,13 @@ class Planner:
         return ""
 
     def _until_next(self, gap: float) -> float:
-        """Return s until the next call, a `gap` (s) after the last: as long again, but for pauses beyond `timeout`."""
+        """Return s until the next call, a `gap` (s) after the last: as long again, but for pauses beyond `timeout`.
+
+        Being asked again in the same instant (the clock of a simulation may be a slow one) tells nothing of that.
+        """
         step, timeout = self.settings.time_step, self.settings.timeout
+        if gap == 0.0:
+            return self._interval
         late = step + _INSTANT < gap <= timeout + _INSTANT
         return gap if late else min(max(gap, 0.02), step)
 
