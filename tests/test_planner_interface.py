@@ -68,6 +68,19 @@ def test_a_plan_cannot_be_changed() -> None:
             array[...] = 0
 
 
+def test_first_contacts_with_several_people_add_up_to_a_probability() -> None:
+    walled_in = [person(x, y, id=(x, y), velocity=(-0.8 * x, -0.8 * y)) for x, y in np.eye(2).tolist()]
+    walled_in += [person(x, y, id=(x, y), velocity=(-0.8 * x, -0.8 * y)) for x, y in (-np.eye(2)).tolist()]
+    plan = planner().step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=walled_in)
+    each = np.array([told.collision_probability for told in plan.people.values()])
+    assert each.sum() > 1.5
+    assert (plan.collision_probability >= 0.0).all()
+    np.testing.assert_allclose(plan.collision_probability.sum(), 1.0 - np.prod(1.0 - each.sum(axis=1)))
+    alone = planner().step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=walled_in[:1])
+    told = alone.people[walled_in[0].id].collision_probability
+    np.testing.assert_allclose(alone.collision_probability, told, atol=1e-15)
+
+
 def test_a_differential_drive_takes_speed_and_turn_rate() -> None:
     base = sidestep.DifferentialDrive(max_speed=0.7, max_turn_rate=1.5, radius=0.18)
     state = sidestep.RobotState(position=(0.0, -5.0), heading=np.pi / 2)

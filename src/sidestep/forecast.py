@@ -60,11 +60,11 @@ class Forecast:
 
     @lazy
     def contact(self) -> FloatArray:
-        """(N,) P(first contact with anybody at k) along `path`."""
-        none = np.ones(self.around.horizon)
+        """(N,) P(first contact with anybody at k) along `path`: one contact is the first, so all add up to ≤ 1."""
+        none = np.ones(self.around.horizon + 1)  # P(nobody was touched until k)
         for subject in self.near:
-            none = none * (1.0 - self.predictions[subject.mind.id].contact)
-        return 1.0 - none
+            none[1:] *= np.maximum(1.0 - np.cumsum(self.predictions[subject.mind.id].contact), 0.0)
+        return none[:-1] - none[1:]
 
     def expectations(self) -> list[tuple[FloatArray, FloatArray] | None]:
         """Return for everybody the action probabilities (G, 2, n) and velocities (n, d) m/s now, None if far away."""

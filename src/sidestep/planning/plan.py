@@ -67,7 +67,8 @@ class Plan:
         command: what the robot's base takes: the velocity, or (v, ω) in m/s and rad/s for a differential drive.
         positions: (N+1, d) m, k = 0..N.
         velocities: (N, d) m/s, means over each step.
-        collision_probability: (N,) P_coll(k|t), k = 1..N, recomputed under the prediction that this plan induces.
+        collision_probability: (N,) P_coll(k|t), k = 1..N, of a first contact with anybody (the sum is that of any),
+            recomputed under the prediction that this plan induces.
         risk: (N,) what the risk rule limits, at k = 1..N ("mass": P(a person within clearance), mid-steps too).
         risk_limit: P_th of the rule.
         status: "certified", "least_risk" or "stopped".
