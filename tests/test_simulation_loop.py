@@ -68,13 +68,22 @@ def test_runs_end_with_the_time_or_the_goal():
 
 def test_an_interrupted_run_keeps_its_whole_steps():
     whole = simulate(crossing(), navigator=BlindDriver(goal=UP))
-    cut = simulate(crossing(), navigator=BlindDriver(goal=UP, interrupt_at=3.0))
+    cut = simulate(crossing(), navigator=BlindDriver(goal=UP, interrupt_at=3.0), keep_interrupted=True)
     assert len(cut.status) == 6
     np.testing.assert_array_equal(cut.robot_positions, whole.robot_positions[:7])
     assert not measure(cut).finished
-    nothing = simulate(crossing(), navigator=BlindDriver(goal=UP, interrupt_at=0.0))
+    nothing = simulate(crossing(), navigator=BlindDriver(goal=UP, interrupt_at=0.0), keep_interrupted=True)
     assert len(nothing.status) == 0
     assert measure(whole).finished
+
+
+def test_who_does_not_ask_for_part_of_a_run_is_interrupted():
+    """A study that took it for a whole one would count a trip that did not arrive, and go on."""
+    with pytest.raises(KeyboardInterrupt):
+        simulate(crossing(), navigator=BlindDriver(goal=UP, interrupt_at=3.0))
+    further = {"start": (8.0, 8.0), "goal": (8.0, -8.0)}
+    with pytest.raises(KeyboardInterrupt):
+        simulate(crossing(robots=[further]), navigator=BlindDriver(goal=UP, interrupt_at=1.0))
 
 
 def test_an_interruption_by_the_watcher_keeps_a_whole_record():
@@ -82,7 +91,7 @@ def test_an_interruption_by_the_watcher_keeps_a_whole_record():
         if step.index == 4:
             raise KeyboardInterrupt
 
-    cut = simulate(crossing(), navigator=BlindDriver(goal=UP), on_step=watch)
+    cut = simulate(crossing(), navigator=BlindDriver(goal=UP), on_step=watch, keep_interrupted=True)
     assert len(cut.robot_positions) == len(cut.status) + 1
     measure(cut)
 

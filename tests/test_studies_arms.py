@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 
 import numpy as np
@@ -14,6 +15,7 @@ from sidestep.simulation.assembly import planner_of
 from sidestep.simulation.lab import run_lab
 from sidestep.simulation.lab_room import LabSettings
 from sidestep.simulation.loop import simulate
+from sidestep.simulation.run import Run
 from sidestep.studies import brakes, hidden_goals, robots, scale, signalling
 from sidestep.studies.arms import run_study, studies
 from sidestep.studies.conditions import conditions
@@ -46,6 +48,22 @@ def test_numbers_do_not_depend_on_interruptions(tmp_path):
     assert list(tmp_path.iterdir())
     _same(kept, run_study("goals", episodes=3, store=Checkpoints(tmp_path)))
     _same(kept, run_study("goals", episodes=3))
+
+
+def test_an_episode_that_was_interrupted_is_no_result(tmp_path, monkeypatch):
+    """Its first part was counted and kept as a trip that did not arrive, and the study went on."""
+    step, steps = Run.advance, itertools.count()
+
+    def advance(run):
+        if next(steps) == 30:
+            raise KeyboardInterrupt
+        return step(run)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Run, "advance", advance)
+        with pytest.raises(KeyboardInterrupt):
+            run_study("goals", episodes=3, store=Checkpoints(tmp_path))
+    _same(run_study("goals", episodes=3), run_study("goals", episodes=3, store=Checkpoints(tmp_path)))
 
 
 def test_every_study_has_a_row_per_arm_as_long_as_its_header():

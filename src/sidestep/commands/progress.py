@@ -17,14 +17,18 @@ _FAULT = "internal error"  # how a planner's stop begins that is a fault of ours
 
 
 def watched(scenario: Scenario, recording: Recording | None) -> Record:
-    """Run a scenario; where stderr is a terminal, show how far it is.
+    """Run a scenario, or the part of it that was done when it was interrupted; show how far it is, in a terminal.
 
     Raises:
         SidestepError: the planner stopped because of a fault of its own: safe, but the run would tell nothing.
     """
     obstacles = load_obstacles(scenario)
+
+    def run(on_step: Callable[[Step], None]) -> Record:
+        return simulate(scenario, recording=recording, obstacles=obstacles, on_step=on_step, keep_interrupted=True)
+
     if not sys.stderr.isatty():
-        return simulate(scenario, recording=recording, obstacles=obstacles, on_step=_faultless)
+        return run(_faultless)
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
 
@@ -39,7 +43,7 @@ def watched(scenario: Scenario, recording: Recording | None) -> Record:
             state = f"{step.time:.1f} s, {step.distance:.1f} m to go, {step.motion.status.replace('_', ' ')}"
             bar.update(task, completed=max(total - step.distance, 0.0), state=state)
 
-        return simulate(scenario, recording=recording, obstacles=obstacles, on_step=_both(_faultless, show))
+        return run(_both(_faultless, show))
 
 
 def _both(first: Callable[[Step], None], second: Callable[[Step], None]) -> Callable[[Step], None]:

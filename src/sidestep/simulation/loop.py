@@ -30,12 +30,13 @@ def simulate(
     kinds: Mapping[str, Builder] | None = None,
     on_step: Callable[[Step], object] | None = None,
     snapshots: int = 6,
+    keep_interrupted: bool = False,
 ) -> Record:
     """Run a scenario from its start to the goal, or until its duration is over.
 
     With further robots in the scenario the record is that of the first one (`sidestep.simulation.team` gives all).
     The same scenario and seed give the same run; people, sensor and robot each draw from a stream of their own, so
-    that runs of different navigators are paired. On KeyboardInterrupt the whole steps done so far are returned.
+    that runs of different navigators are paired.
 
     Args:
         scenario: the run.
@@ -46,6 +47,7 @@ def simulate(
         kinds: builders for kinds of people that this room does not know.
         on_step: called after each step, before the robot moves on.
         snapshots: steps of which predicted occupancies are kept in the record.
+        keep_interrupted: on KeyboardInterrupt return the whole steps done so far.
 
     Raises:
         InvalidInput: something is inside a wall or too close at the start, or a name is unknown.
@@ -65,7 +67,7 @@ def simulate(
             on_step=on_step,
             snapshots=snapshots,
         )
-        return team.finish()[0]
+        return team.finish(keep_interrupted=keep_interrupted)[0]
     run = Run(
         scenario,
         navigator=navigator,
@@ -75,4 +77,4 @@ def simulate(
         on_step=on_step,
         snapshots=snapshots,
     )
-    return run.finish()
+    return run.finish(keep_interrupted=keep_interrupted)

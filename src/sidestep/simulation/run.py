@@ -132,13 +132,14 @@ class Run:
         """Seconds since the run began."""
         return self.index * self.interval
 
-    def finish(self) -> Record:
-        """Run to the end."""
+    def finish(self, *, keep_interrupted: bool = False) -> Record:
+        """Run to the end; on KeyboardInterrupt return the whole steps done so far, if they are to be kept."""
         try:
             while not self.over:
                 self.advance()
         except KeyboardInterrupt:
-            pass
+            if not keep_interrupted:
+                raise
         return self.record(self.reached)
 
     @property

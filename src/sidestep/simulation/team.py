@@ -66,8 +66,8 @@ class TeamRun:
             self.runs.append(run)
         self.reached = [False] * len(self.runs)
 
-    def finish(self) -> tuple[Record, ...]:
-        """Run until every robot has been at its goal, or to the end; one record per robot."""
+    def finish(self, *, keep_interrupted: bool = False) -> tuple[Record, ...]:
+        """Run until every robot has been at its goal, or to the end; one record per robot. See `Run.finish`."""
         s = self.scenario
         try:
             for _ in range(max(round(s.duration / s.step), 1)):
@@ -75,7 +75,8 @@ class TeamRun:
                 if s.stop_at_goal and all(self.reached):
                     break
         except KeyboardInterrupt:
-            pass
+            if not keep_interrupted:
+                raise
         return self.records()
 
     def advance(self) -> None:
