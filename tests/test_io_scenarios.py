@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from sidestep.errors import InvalidFile, InvalidInput, OutputError, UnknownName
 from sidestep.io.scenarios import load_obstacles, load_scenario, shipped_names, shipped_text, write_scenario
-from sidestep.io.toml import to_toml, without_none
+from sidestep.io.toml import to_toml
+from sidestep.simulation.settings import without_none
 
 MINE = """
 [robot]

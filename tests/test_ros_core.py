@@ -12,6 +12,9 @@ import pytest
 from ros_stand_ins import Eyes, StraightPlanner, Wheels
 from sidestep import DifferentialDrive, PersonObservation, RobotState
 from sidestep.errors import InvalidInput
+from sidestep.human.model import HumanModel
+from sidestep.io.human_models import write_human_model
+from sidestep.io.scenarios import load_scenario, write_scenario
 from sidestep.perception.scan import Beams
 from sidestep.ros.assembly import PlannerSource, brain
 from sidestep.ros.core import Core
@@ -423,6 +426,7 @@ def test_what_stations_are_told_is_plain_json():
         ({"robot": {"goal": [1.0, 2.0, 3.0]}}, "robot.goal"),
         ({"node": {"remote": {"enabled": True, "host": "0.0.0.0"}}}, "node.remote.token"),
         ({"scenario": "/nowhere.toml"}, "scenario"),
+        ({"human": "/nowhere.toml"}, "human"),
     ],
 )
 def test_wrong_parameters_are_named(data, field):
@@ -439,3 +443,22 @@ def test_parameters_change_a_scenario_file(tmp_path):
     settings = NodeSettings.parse({"scenario": str(file), "robot": {"max_speed": 0.4}})
     assert (settings.robot.radius, settings.robot.max_speed, settings.planner.horizon) == (0.25, 0.4, 6)
     assert settings.robot.first_goal is None  # where the simulated robot went is not where this one shall go
+
+
+def test_a_scenario_file_means_the_same_to_a_node_as_to_a_run(tmp_path):
+    """What `sidestep run` wrote was refused, and neither file nor parameter could switch anything off."""
+    model = HumanModel(radius=0.26)
+    write_human_model(model, tmp_path / "fitted.toml")
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        'human = "fitted.toml"\n[robot]\nstart=[0.0,0.0]\ngoal=[1.0,1.0]\nmax_acceleration="none"\n'
+        '[planner]\nrecourse="none"\n'
+    )
+    chosen = NodeSettings.parse({"scenario": str(file), "planner": {"detour_after": "none"}})
+    assert (chosen.planner.recourse, chosen.planner.detour_after, chosen.robot.max_acceleration) == (None, None, None)
+    assert chosen.human == model
+    assert NodeSettings.parse({"human": str(tmp_path / "fitted.toml")}).human == model
+    scenario = load_scenario(file)
+    write_scenario(scenario, tmp_path / "written.toml")
+    again = NodeSettings.parse({"scenario": str(tmp_path / "written.toml")})
+    assert (again.planner, again.human) == (scenario.planner, scenario.human)

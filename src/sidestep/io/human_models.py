@@ -13,9 +13,9 @@ from pydantic import TypeAdapter, ValidationError
 from sidestep.errors import InvalidFile
 from sidestep.human.model import HumanModel
 from sidestep.io.files import written
-from sidestep.io.toml import to_toml, without_none
+from sidestep.io.toml import to_toml
 from sidestep.simulation.faults import one_line
-from sidestep.simulation.settings import HumanTable
+from sidestep.simulation.settings import HumanTable, without_none
 
 _MODEL: TypeAdapter[HumanModel] = TypeAdapter(HumanTable)
 

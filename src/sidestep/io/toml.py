@@ -1,4 +1,4 @@
-"""Nested tables as TOML text (the standard library only reads it), and a word for "no value", which TOML lacks."""
+"""Nested tables as TOML text (the standard library only reads it)."""
 
 from __future__ import annotations
 
@@ -6,22 +6,12 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
-NONE = "none"
-"""In a scenario file, `field = "none"` switches off what a default would switch on."""
+from sidestep.simulation.settings import NONE
 
 
 def to_toml(data: Mapping[str, Any]) -> str:
     """TOML text of nested tables, lists of tables, numbers, booleans, texts and lists; None becomes "none"."""
     return "\n".join(_lines(data, "")) + "\n"
-
-
-def without_none(value: Any) -> Any:
-    """The same nested tables and lists with None for each "none"."""
-    if isinstance(value, Mapping):
-        return {key: without_none(inner) for key, inner in cast(Mapping[str, Any], value).items()}
-    if isinstance(value, list):
-        return [without_none(inner) for inner in cast(list[Any], value)]
-    return None if value == NONE else value
 
 
 def _lines(table: Mapping[str, Any], prefix: str) -> list[str]:

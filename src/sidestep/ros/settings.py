@@ -23,6 +23,7 @@ from sidestep.simulation.settings import (
     Positive,
     RobotSettings,
     Settings,
+    without_none,
 )
 
 _HERE = (0.0, 0.0)
@@ -146,11 +147,15 @@ class NodeSettings(Settings):
     def parse(cls, data: Mapping[str, Any], source: str = "parameters") -> Self:
         """Return the settings that nested `data` describe; the key `scenario` names a file whose tables they change.
 
+        As in a scenario file, "none" is no value, and `human` may name a file that `sidestep fit` wrote.
+
         Raises:
             InvalidInput: one line per mistake: field, value, what is allowed.
         """
-        own = dict(data)
-        base = own.pop("scenario", "")
+        own = without_none(data)
+        base = own.pop("scenario", None)
+        if isinstance(own.get("human"), str):
+            own["human"] = _human_table(Path(own["human"]))
         merged = _merged(_tables(Path(str(base))), own) if base else own
         try:
             return cls.model_validate(merged)
@@ -160,16 +165,30 @@ class NodeSettings(Settings):
 
 def _tables(path: Path) -> dict[str, Any]:
     """Tables of a scenario file that a node can use; where the robot starts and goes belongs to the simulated run."""
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InvalidFile("scenario", str(path), "a scenario file (TOML)", error.strerror or "") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InvalidFile("scenario", str(path), "a scenario file (TOML)", str(error)) from None
+    data = _read("scenario", path, "a scenario file (TOML)")
     known = {name: data[name] for name in ("robot", "planner", "human", "walls", "node") if name in data}
-    if "robot" in known:
+    if isinstance(known.get("robot"), Mapping):
         known["robot"] = {k: v for k, v in known["robot"].items() if k not in ("start", "goal", "heading")}
+    if isinstance(known.get("human"), str):
+        known["human"] = _human_table(path.parent / known["human"])
     return known
+
+
+def _human_table(path: Path) -> Any:
+    allowed = "a TOML file with a table [human], as `sidestep fit` writes it"
+    table = _read("human", path, allowed).get("human")
+    if not isinstance(table, Mapping):
+        raise InvalidFile("human", str(path), allowed)
+    return table
+
+
+def _read(field: str, path: Path, allowed: str) -> dict[str, Any]:
+    try:
+        return without_none(tomllib.loads(path.read_text(encoding="utf-8-sig")))
+    except OSError as error:
+        raise InvalidFile(field, str(path), allowed, error.strerror or "") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InvalidFile(field, str(path), allowed, str(error)) from None
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

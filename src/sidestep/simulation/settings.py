@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import is_dataclass
 from functools import partial
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal, cast, get_type_hints
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -32,6 +32,19 @@ def _without_truths(kind: type[Any], place: str, table: Any) -> Any:
 
 PlannerTable = Annotated[PlannerSettings, BeforeValidator(partial(_without_truths, PlannerSettings, "planner"))]
 HumanTable = Annotated[HumanModel, BeforeValidator(partial(_without_truths, HumanModel, "human"))]
+
+NONE = "none"
+"""In a scenario file, `field = "none"` switches off what a default would switch on: TOML has no other word for it."""
+
+
+def without_none(value: Any) -> Any:
+    """Return the same nested tables and lists with None for each "none"."""
+    if isinstance(value, Mapping):
+        return {key: without_none(inner) for key, inner in cast(Mapping[str, Any], value).items()}
+    if isinstance(value, list):
+        return [without_none(inner) for inner in cast(list[Any], value)]
+    return None if value == NONE else value
+
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; `true` and "3" are not numbers."""
