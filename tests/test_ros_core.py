@@ -226,7 +226,7 @@ def test_a_clock_that_jumps_back_forgets_what_was_measured_and_keeps_the_goal():
     assert robot.core.motion(3.1, 100.2) != STANDSTILL
 
 
-def test_a_goal_that_is_refused_is_refused_once_until_the_goal_or_the_map_is_another():
+def test_a_goal_that_is_refused_is_refused_once_until_the_goal_or_the_map_is_another(caplog):
     robot = Robot()
     asked = []
 
@@ -245,6 +245,7 @@ def test_a_goal_that_is_refused_is_refused_once_until_the_goal_or_the_map_is_ano
         assert robot.core.motion(10.0 + 0.01 * k, 10.0) == STANDSTILL
         assert "away from walls" in robot.reason(10.0)
     assert asked == [(5.0, 0.0)]
+    assert [(r.levelname, r.exc_info) for r in caplog.records] == [("ERROR", False)]  # a line, and no traceback
     robot.goal(3.0)
     assert robot.core.plan(10.1) is not None
     assert asked == [(5.0, 0.0), (3.0, 0.0)]

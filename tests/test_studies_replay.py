@@ -78,6 +78,8 @@ def test_topics_are_chosen_by_name_or_named(recording, tmp_path):
     assert choose_topics(recording, {"odom": "/odom"})["odom"] == "/odom"
     with pytest.raises(InvalidFile, match="/nowhere"):
         choose_topics(recording, {"odom": "/nowhere"})
+    with pytest.raises(InvalidInput, match="topic: got 'laser'; allowed: one of"):
+        choose_topics(recording, {"laser": "/scan"})
     with pytest.raises(InvalidFile, match="scan"):
         replay(recording, {"node": {"people_from": "scan"}}, topics={})
     with pytest.raises(InvalidInput, match=r"planner\.horizon"):
@@ -88,6 +90,38 @@ def test_topics_are_chosen_by_name_or_named(recording, tmp_path):
         writer.write("/odom", "nav_msgs/Odometry", 1.0, robot)
     with pytest.raises(InvalidFile, match="people_markers, people or scan"):
         choose_topics(blind, {})
+
+
+def test_it_is_said_why_nothing_could_be_planned(recording, tmp_path, capsys):
+    """It was "waiting", whatever the reason: a frame that nobody knows, a goal that is no place, one in a wall."""
+    elsewhere = tmp_path / "elsewhere.bag"
+    with RecordingWriter(elsewhere) as writer:
+        for time in (1.0, 1.5):
+            robot = outgoing.odometry(writer.make, "odom", "base", time, Pose2(), np.zeros(2), 0.0)
+            writer.write("/odom", "nav_msgs/Odometry", time, robot)
+            people = outgoing.pose_array(writer.make, "map", time, np.ones((1, 2)))
+            writer.write("/people", "geometry_msgs/PoseArray", time, people)
+    with pytest.raises(InvalidFile, match=r"waiting: no people yet; 2 came .* unknown frame"):
+        replay(elsewhere, {}, topics={})
+    around = [[-9.0, 1.0], [9.0, 1.0], [9.0, 2.0], [-9.0, 2.0]]
+    with pytest.raises(InvalidFile, match=r"planner\.goal: got \[0\.0, 1\.5\]; allowed: .* away from walls"):
+        replay(recording, {"walls": [around]}, goal=(0.0, 1.5), topics={})
+    assert "Traceback" not in capsys.readouterr().err
+    with pytest.raises(InvalidInput, match=r"goal: got \(nan, 0\.0\); allowed: 2 finite numbers"):
+        replay(recording, {}, goal=(float("nan"), 0.0), topics={})
+    with pytest.raises(InvalidInput, match="node: got 3; allowed: a table"):
+        replay(recording, {"node": 3}, topics={})
+
+
+def test_the_goal_of_the_parameters_counts_where_none_was_recorded(tmp_path):
+    bag = tmp_path / "standing.bag"
+    with RecordingWriter(bag) as writer:
+        robot = outgoing.odometry(writer.make, "odom", "base", 1.0, Pose2(), np.zeros(2), 0.0)
+        writer.write("/odom", "nav_msgs/Odometry", 1.0, robot)
+        people = outgoing.pose_array(writer.make, "odom", 1.0, np.full((1, 2), 3.0))
+        writer.write("/people", "geometry_msgs/PoseArray", 1.0, people)
+    assert replay(bag, {"robot": {"goal": [0.0, 3.0]}}, topics={}).goal.tolist() == [0.0, 3.0]
+    assert replay(bag, {}, topics={}).goal.tolist() == [0.0, 0.0]
 
 
 def test_a_track_is_only_known_while_it_was_seen():

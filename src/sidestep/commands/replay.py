@@ -28,7 +28,7 @@ def replay(
 
     Args:
         file: recording with people_markers, people (PoseArray) or scans, and odometry where the robot moved.
-        goal: x y in m; the recorded goals unless given, or else where the robot was at last.
+        goal: x y in m; the recorded goals unless given, or else robot.goal, or else where the robot was at last.
         parameters: TOML with the tables robot, planner, human, node, as for the ROS nodes.
         set_: change any parameter: --set planner.horizon=6 --set node.planner_rate=2 (repeatable).
         topic: name a topic where its name does not tell: --topic scan=/front/scan (inputs: odom, people_markers,

@@ -106,7 +106,7 @@ class Core:
                 plan = self._planner[1].step(time=now, robot=robot, people=self._inputs.people(now))
             except Exception as error:
                 self._refused = task if isinstance(error, InvalidInput) else None
-                self._fail(f"planning failed: {error}")
+                self._fail(error)
                 return None
         with self._lock:
             self._broken, self._plan = "", (task.number, plan)
@@ -152,11 +152,12 @@ class Core:
                 refused=refused,
             )
 
-    def _fail(self, trouble: str) -> None:
+    def _fail(self, error: Exception) -> None:
+        trouble = f"planning failed: {error}"
         with self._lock:
             news, self._broken, self._plan = trouble != self._broken, trouble, None
-        if news:
-            _LOG.exception("planning failed")
+        if news:  # what is wrong with a goal or a map is said in its line; all else is ours to find
+            _LOG.error(trouble, exc_info=not isinstance(error, InvalidInput))
 
     def _standing(self, task: Task, now: float, complaint: str) -> tuple[Activity, str]:
         """Return ("driving", "") if the plan may be followed, else what to say instead."""

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from sidestep.errors import InvalidFile
+from sidestep.checks import one_of
+from sidestep.errors import InvalidFile, InvalidInput
 from sidestep.io.recordings import Recorded, read_messages, recorded_topics
 from sidestep.planning.plan import Plan
 from sidestep.ros import messages
@@ -23,7 +24,7 @@ from sidestep.ros.recorded import SCENARIO_TOPIC
 from sidestep.ros.settings import NodeSettings
 from sidestep.ros.tree import TransformTree
 from sidestep.studies.replay_score import Forecast, Track, forecasts_of
-from sidestep.types import FloatArray, Vector
+from sidestep.types import LARGEST, FloatArray, Vector, plausible
 
 KINDS = {
     "odom": "nav_msgs/Odometry",
@@ -72,15 +73,18 @@ def replay(
     Args:
         path: of the recording.
         parameters: of the node, nested; where they say nothing, those under which the run was recorded count.
-        goal: (x, y) m; None: the recorded ones, or else where the robot was at last.
+        goal: (x, y) m; None: the recorded ones, or else that of the parameters, or else where the robot was at last.
         topics: input → topic, where names do not tell.
 
     Raises:
-        InvalidFile: it is no recording, or holds neither people nor scans.
-        InvalidInput: a parameter is not allowed.
+        InvalidFile: it is no recording, holds neither people nor scans, or nothing that can be planned with.
+        InvalidInput: a parameter, the goal or an input's name is not allowed.
     """
+    if goal is not None and not plausible(np.array(goal)):
+        raise InvalidInput("goal", goal, f"2 finite numbers (m), none beyond ±{LARGEST:g}")
     chosen = choose_topics(path, topics)
-    wish = parameters.get("node", {}).get("people_from")
+    node = parameters.get("node")
+    wish = node.get("people_from") if isinstance(node, Mapping) else None
     eyes = next((name for name in EYES if name in chosen and wish in (None, EYES[name])), "")
     if not eyes:
         raise InvalidFile(str(path), f"node.people_from = {wish}", "what the recording holds: " + ", ".join(chosen))
@@ -89,14 +93,15 @@ def replay(
     settings = _settings(path, parameters, frame, EYES[eyes])
     tree = TransformTree()
     core, inputs = brain(settings, tree.lookup)
-    wanted = goal if goal is not None else (None if "goal" in chosen else last_place)
+    told = "goal" in chosen or settings.robot.first_goal is not None
+    wanted = goal if goal is not None else (None if told else last_place)
     if wanted is not None:
         inputs.take_goal(Target(frame="", position=np.array(wanted, dtype=float)))
         chosen = {name: topic for name, topic in chosen.items() if name != "goal"}
     plans: list[Plan] = []
     robot: list[tuple[float, float, float]] = []
     seen: dict[str, list[tuple[float, float, float]]] = {}
-    due, period = -np.inf, 1.0 / settings.node.planner_rate
+    now, due, period = -np.inf, -np.inf, 1.0 / settings.node.planner_rate
     for now, name in _fed(path, chosen, inputs, tree, eyes):
         state = inputs.robot(now)
         if state is not None and (not robot or now > robot[-1][0]):
@@ -111,7 +116,8 @@ def replay(
             if plan is not None:
                 plans.append(plan)
     if not plans:
-        raise InvalidFile(str(path), core.report(0.0).summary, "a recording that can be planned over")
+        core.motion(now, now)  # says why not
+        raise InvalidFile(str(path), "no plan", "a recording that can be planned over", core.report(now).summary)
     tracks = {name: Track(np.array(rows)) for name, rows in seen.items()}
     return Replay(
         topics=chosen,
@@ -128,7 +134,9 @@ def choose_topics(path: Path, given: Mapping[str, str]) -> dict[str, str]:
 
     Raises:
         InvalidFile: a given topic does not exist, or nothing shows people.
+        UnknownName: there is no such input.
     """
+    one_of("topic", given, KINDS)
     there = recorded_topics(path)
     chosen: dict[str, str] = {}
     for name, kind in KINDS.items():
