@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
-from sidestep.cli import BAD_INPUT, execute
+from sidestep.cli import BAD_INPUT, FAILURE, execute
+from sidestep.studies.engines import WorkersLost
 
 
 @pytest.mark.parametrize("command", [["bench", "--quick"], ["study", "robots"], ["evaluate"], ["reproduce", "--quick"]])
@@ -108,6 +110,40 @@ def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
 
 @pytest.mark.parametrize(
+    "command", [["evaluate", "--quick"], ["evaluate", "--calibration"], ["study", "goals"], "people"]
+)
+def test_the_cluster_that_was_named_does_the_work(
+    command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With --calibration or --people, and for a study, Ray was started on this machine whatever --address said."""
+    if command == "people":
+        rows = [f"s,{0.4 * k:.1f},{n},ped,{0.5 * k - 8:.1f},{n}" for n in (1, 2) for k in range(33)]
+        tracks = tmp_path / "tracks.csv"
+        tracks.write_text("\n".join(["scene,t,agent,kind,x,y", *rows]) + "\n")
+        command = [
+            "evaluate",
+            "--people",
+            str(tracks),
+            "--studies",
+            "replay",
+            "--navigators",
+            "sidestep",
+            "--trips",
+            "1",
+        ]
+    asked: list[str | None] = []
+
+    def cluster(work: object, pieces: list[object], workers: int, address: str | None) -> NoReturn:
+        asked.append(address)
+        raise WorkersLost(len(pieces))
+
+    monkeypatch.setattr("sidestep.studies.engines._with_ray", cluster)
+    ray = ["--engine", "ray", "--address", "10.0.0.1:6379", "--out", str(tmp_path / "out")]
+    assert execute([*command, *ray]) == FAILURE
+    assert asked == ["10.0.0.1:6379"]
+
+
+@pytest.mark.parametrize(
     ("arguments", "names"),
     [
         (["evaluate", "--fewer", "mpc:3", "--out", "OUT"], "NAME=COUNT"),
@@ -120,6 +156,11 @@ def test_evaluate_calibrates(tmp_path: Path, capsys: pytest.CaptureFixture[str])
         (["evaluate", "--people", "no.csv", "--navigators", "orka", "--out", "OUT"], "orca"),
         (["evaluate", "--people", "no.csv", "--crowd", "0", "--out", "OUT"], "--crowd: got 0"),
         (["evaluate", "--conditions", "strait", "--out", "OUT"], "straight"),
+        (
+            ["evaluate", "--quick", "--address", "10.0.0.1:6379", "--out", "OUT"],
+            "address: got '10.0.0.1:6379'; allowed: o",
+        ),
+        (["study", "goals", "--address", "10.0.0.1:6379", "--out", "OUT"], "only together with the engine ray"),
         (["reproduce", "--claims", "IV-A-shortr", "--out", "OUT"], "IV-A-shorter"),
     ],
 )

@@ -16,7 +16,7 @@ HEADER = ("people", "episodes", "steps", "pairs", "came true", "expected calibra
 
 
 def calibrated(
-    episodes: int, seed: int, workers: int, engine: str, folder: Path, page: Path | None
+    episodes: int, seed: int, workers: int, engine: str, address: str | None, folder: Path, page: Path | None
 ) -> dict[str, dict[str, Any]]:
     """Return the results by kind of people; figure and page are written. Arguments as for the command."""
     from sidestep.commands.bars import progress_bar
@@ -31,6 +31,7 @@ def calibrated(
             seed=seed,
             workers=workers,
             engine=engine,
+            address=address,
             store=Checkpoints(folder / "pieces"),
             progress=tell,
         )

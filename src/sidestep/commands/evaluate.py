@@ -60,7 +60,7 @@ def evaluate(
         seed: base of all seeds.
         workers: processes; all cores by default.
         engine: joblib (this machine) or ray (a cluster).
-        address: of the Ray cluster.
+        address: of the Ray cluster; one is started here unless given.
         out: folder for results.json and finished pieces.
         page: JSON file to write for the pages of evidence, with the figures in ../../figures.
         json: print one JSON object and nothing else.
@@ -105,6 +105,7 @@ def evaluate(
             seed=seed,
             workers=jobs,
             engine=engine,
+            address=address,
             folder=folder,
         )
         command = "sidestep evaluate " + " ".join(f"--people {name_of(file)}" for file in people)
@@ -119,7 +120,7 @@ def evaluate(
         from sidestep.commands.calibration import calibrated
 
         count = _count(episodes, quick, CALIBRATION_FULL, CALIBRATION_QUICK)
-        found = calibrated(count, seed, jobs, engine, folder, page)
+        found = calibrated(count, seed, jobs, engine, address, folder, page)
         result: dict[str, Any] = {"calibration": found}
         rows = [[k, f"{v['ece']:.4f}", f"{v['brier']:.4f}", str(v["n"]), str(v["steps"])] for k, v in found.items()]
         header: tuple[str, ...] = ("people", "expected calibration error", "Brier", "pairs", "steps")

@@ -36,6 +36,7 @@ class PeopleRequest:
     seed: int
     workers: int
     engine: str
+    address: str | None
     folder: Path
 
 
@@ -159,6 +160,7 @@ def _trips(file: Path, model: HumanModel, request: PeopleRequest) -> Sequence[di
             seed=request.seed,
             workers=request.workers,
             engine=request.engine,
+            address=request.address,
             store=Checkpoints(request.folder / "pieces"),
             progress=tell,
         )

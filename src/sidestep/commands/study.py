@@ -14,6 +14,7 @@ def study(
     seed: int = 0,
     workers: int | None = None,
     engine: str = "joblib",
+    address: str | None = None,
     out: Path = Path("results/studies"),
     page: Path | None = None,
     json: bool = False,
@@ -28,6 +29,7 @@ def study(
         seed: of the first episode.
         workers: processes; all cores by default.
         engine: joblib (this machine) or ray (a cluster).
+        address: of the Ray cluster; one is started here unless given.
         out: folder for results and finished pieces.
         page: JSON file to write for the pages of evidence (docs/evidence/results); a figure goes to docs/figures.
         json: print one JSON object and nothing else.
@@ -51,6 +53,7 @@ def study(
             seed=seed,
             workers=jobs,
             engine=engine,
+            address=address,
             store=Checkpoints(folder / "pieces"),
             progress=tell,
         )

@@ -85,6 +85,7 @@ def run_study(
     seed: int = 0,
     workers: int = 1,
     engine: str = "joblib",
+    address: str | None = None,
     store: Store | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> dict[str, dict[str, FloatArray]]:
@@ -94,7 +95,7 @@ def run_study(
         name: of `studies()`.
         episodes: per arm; None: as many as the study asks for.
         seed: added to the episodes' numbers.
-        workers, engine: see `run_pieces`.
+        workers, engine, address: see `run_pieces`.
         store: where finished pieces are kept and looked for.
         progress: called with (episodes done, all episodes).
 
@@ -114,7 +115,9 @@ def run_study(
         for arm in study.arms
         if k < study.count(arm, count)
     ]
-    found = run_kept(each(work), pieces, store=store, size=length, workers=workers, engine=engine, progress=progress)
+    found = run_kept(
+        each(work), pieces, store=store, size=length, workers=workers, engine=engine, address=address, progress=progress
+    )
     return {arm: _columns([row for p in pieces if p.arm == arm for row in found[p.name]]) for arm in study.arms}
 
 

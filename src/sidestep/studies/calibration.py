@@ -83,6 +83,7 @@ def calibration_study(
     seed: int = 0,
     workers: int = 1,
     engine: str = "joblib",
+    address: str | None = None,
     kinds: Sequence[str] = ("in_model", "social_force", "goal_switch", "noise"),
     store: Store | None = None,
     progress: Callable[[int, int], object] | None = None,
@@ -92,7 +93,7 @@ def calibration_study(
     Args:
         episodes: per kind; each gives 15 to 30 pairs.
         seed: base of all seeds.
-        workers, engine: see `run_pieces`.
+        workers, engine, address: see `run_pieces`.
         kinds: "in_model" is drawn from the predictor's own model; the others are not.
         store: where finished pieces are kept and looked for.
         progress: called with (episodes done, all episodes).
@@ -111,7 +112,14 @@ def calibration_study(
         for k in range(0, episodes, EPISODES_PER_PIECE)
     ]
     found = run_kept(
-        each(pairs_of_piece), pieces, store=store, size=length, workers=workers, engine=engine, progress=progress
+        each(pairs_of_piece),
+        pieces,
+        store=store,
+        size=length,
+        workers=workers,
+        engine=engine,
+        address=address,
+        progress=progress,
     )
     return {kind: _summary([found[p.name] for p in pieces if p.kind == kind]) for kind in kinds}
 

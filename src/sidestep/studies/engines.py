@@ -91,7 +91,11 @@ def run_kept(
         engine: likewise.
         address: likewise.
         progress: called with (done, all) in units of `size`, after each piece.
+
+    Raises:
+        InvalidInput, MissingExtra, WorkersLost: as `run_pieces`.
     """
+    _check(engine, address)
     found: dict[str, Any] = {}
     left: dict[Hashable, list[NamedPiece]] = {}
     for piece in pieces:
@@ -155,18 +159,25 @@ def run_pieces(
         address: of the Ray cluster; None starts one here.
 
     Raises:
+        InvalidInput: there is no such engine, or it has no cluster at an address.
         MissingExtra: the engine is not installed.
         WorkersLost: workers were killed more than three times in a row.
     """
     workers = processes(workers)
+    _check(engine, address)
     if engine == "ray":
         yield from _with_ray(work, pieces, workers, address)
-    elif engine != "joblib":
-        raise InvalidInput("engine", engine, "joblib or ray")
     elif workers == 1:
         yield from map(work, pieces)
     else:
         yield from _with_joblib(work, pieces, workers)
+
+
+def _check(engine: str, address: str | None) -> None:
+    if engine not in ("joblib", "ray"):
+        raise InvalidInput("engine", engine, "joblib or ray")
+    if address is not None and engine != "ray":
+        raise InvalidInput("address", address, "only together with the engine ray")
 
 
 def _with_joblib(work: Callable[[Piece], Result], pieces: Sequence[Piece], workers: int) -> Iterator[Result]:

@@ -76,6 +76,7 @@ def replay_study(
     seed: int = 0,
     workers: int = 1,
     engine: str = "joblib",
+    address: str | None = None,
     store: Store | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> list[dict[str, Any]]:
@@ -90,7 +91,7 @@ def replay_study(
         crowd: most people who may be there at once during a trip, or None.
         human: the model by which ours predicts; None: the defaults.
         seed: of the choice of trips.
-        workers, engine: see `run_pieces`.
+        workers, engine, address: see `run_pieces`.
         store: where finished trips are kept and looked for.
         progress: called with (trips done, all trips).
 
@@ -112,7 +113,14 @@ def replay_study(
         for name in navigators
     ]
     found = run_kept(
-        each(travel), pieces, store=store, size=lambda _: 1, workers=workers, engine=engine, progress=progress
+        each(travel),
+        pieces,
+        store=store,
+        size=lambda _: 1,
+        workers=workers,
+        engine=engine,
+        address=address,
+        progress=progress,
     )
     ended: dict[str, list[tuple[list[float], FloatArray]]] = {name: [] for name in navigators}
     for piece in pieces:
