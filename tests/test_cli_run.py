@@ -177,6 +177,21 @@ def test_real_people(name, scene, capsys):
     assert all(0 < b < 1 for b in known)
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("robot.start=[0,-2]", "--set: got 'robot.start=[0,-2]'; allowed: robot.start and robot.goal together"),
+        ("robot.goal.0=1.0", "--set: got 'robot.goal.0=1.0'; allowed: robot.start and robot.goal together"),
+        ("people.0.speed=1.4", "--set: got 'people.0.speed=1.4'; allowed: only without --people"),
+    ],
+)
+def test_changes_that_recorded_people_make_void_are_refused(change, words, capsys):
+    """The robot set out from elsewhere without a word."""
+    crowd(Path("square.csv"))
+    assert execute(["run", "crossing", "--people", "square.csv", "--set", change]) == 2
+    assert words in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("at", "steps"), [(3.0, 6), (0.0, 0)])
 def test_interruption_keeps_what_was_done(at, steps, capsys, monkeypatch):
     driver = BlindDriver(goal=(0.0, 5.0), interrupt_at=at)

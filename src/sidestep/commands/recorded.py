@@ -49,8 +49,7 @@ class Source:
         recording = read_recording(self.file, self.scene)
         kinds = ("ped",)
         check_people([recording], kinds, str(self.file))
-        given = [change.partition("=")[0].strip().split(".")[:2] for change in changes]
-        own_trip = ["robot", "start"] in given and ["robot", "goal"] in given
+        own_trip = _own_trip(changes)
         plain = load_scenario(name, changes, people=[], recording=None)
         trip = None if own_trip else _trip(plain, recording.of_kinds(kinds), self._begin(recording))
         begin = trip.time if trip else self._begin(recording)
@@ -75,6 +74,22 @@ class Source:
                 "--start", self.start, f"{recording.start:g} to {recording.end:g} s, where the scene lasts"
             )
         return round(recording.snapped(self.start), 6)
+
+
+def _own_trip(changes: Sequence[str]) -> bool:
+    """Whether `changes` say from where to where the robot goes.
+
+    Raises:
+        InvalidInput: they say it by half, or change what the recording takes the place of.
+    """
+    given = {".".join(change.partition("=")[0].strip().split(".")[:2]): change for change in changes}
+    for name, change in given.items():
+        if name.partition(".")[0] in ("people", "recording"):
+            raise InvalidInput("--set", change, "only without --people", "recorded people stay as they are")
+    ends = [change for name, change in given.items() if name in ("robot.start", "robot.goal")]
+    if len(ends) == 1:
+        raise InvalidInput("--set", ends[0], "robot.start and robot.goal together", "else the trip is chosen by --seed")
+    return bool(ends)
 
 
 def _trip(scenario: Scenario, recording: Recording, begin: float | None) -> Trip:
