@@ -315,3 +315,13 @@ def test_a_base_of_little_acceleration_stops_at_its_goal(speed, dimension, most)
     along = np.array(trip.path) @ goal / 6.0
     assert along.max() < 6.0 + most
     assert np.linalg.norm(trip.state.position - goal) < 0.2
+
+
+@pytest.mark.parametrize(("speed", "acceleration", "most"), [(1.0, 1.0, 0.25), (1.5, 0.5, 0.45)])
+def test_asked_once_a_second_it_brakes_before_its_goal(speed, acceleration, most):
+    robot, goal = Holonomic(max_speed=speed, max_acceleration=acceleration), np.array([3.0, 0.4])
+    for start in ((0.0, 0.0), (-1.83, -0.53), (-0.4, 0.16)):
+        trip = Trip(sidestep.Planner(robot=robot, goal=goal, time_step=1.0), start, period=1.0, within=0.0).run(16.0)
+        beyond = (np.array(trip.path) - goal) @ (goal - start) / np.linalg.norm(goal - start)
+        assert beyond.max() < most, str(trip)
+        assert np.linalg.norm(trip.state.position - goal) < 0.25, str(trip)

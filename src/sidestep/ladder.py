@@ -91,7 +91,7 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
         best = judged(now, path, view)
         view = best.view
         if best.status == "certified":
-            return _going_on(now, best)
+            return _going_on(now, _braking(now, best))
     return replace(_least_risk(now, view, best), rounds=view.made)
 
 
@@ -116,6 +116,18 @@ def judged(now: Situation, path: Path, view: View) -> Outcome:
         rounds=made,
         stoppable=certified or problem.can_stop(path),
     )
+
+
+def _braking(now: Situation, safe: Outcome) -> Outcome:
+    """The certified motion; where the base would pass its goal with it, the hardest stop if that is cheaper.
+
+    Where calls are rare, the change of velocity that a search may begin with does not brake in time.
+    """
+    first = np.diff(safe.path[:2], axis=0) / now.settings.time_step
+    if safe.problem.overshoot_costs(first)[0] <= 0.0:
+        return safe
+    stop = judged(now, now.standing(), safe.view)
+    return stop if stop.status == "certified" and stop.cost < safe.cost else safe
 
 
 def _going_on(now: Situation, safe: Outcome) -> Outcome:
