@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import sidestep
 from made_trips import ROOMS, Trip, bases
 from sidestep.errors import InvalidInput
-from sidestep.fleet import LEAST_MARGIN, Announced, FleetPlanner
+from sidestep.fleet import LEAST_MARGIN, AmongRobots, Announced, FleetPlanner
 from sidestep.io.records import read_record, write_record
 from sidestep.io.scenarios import load_scenario
 from sidestep.simulation.loop import simulate
@@ -77,7 +77,7 @@ def test_a_robot_that_is_stopped_for_another_is_known_to_stand(monkeypatch):
     planners = [FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4) for _ in range(2)]
     calls = [{"time": 0.5 * k, "robot": sidestep.RobotState(position=(0.0, 0.0)), "people": []} for k in range(2)]
     with monkeypatch.context() as patch:
-        patch.setattr(FleetPlanner, "_collides", lambda *_: True)
+        patch.setattr(AmongRobots, "collides", lambda *_: True)
         stopped = planners[0].step(**calls[0])
     assert (stopped.status, stopped.reason) == ("stopped", "another robot has the way")
     planners[1].step(time=0.0, robot=calls[0]["robot"], people=None)  # no data: a stop, too
@@ -124,6 +124,39 @@ def test_a_robot_leaves_another_that_is_parked_beside_it(name, gap, heading):
     assert np.linalg.norm(np.array(trip.path) - parked, axis=1).min() > 0.6 + min(gap, LEAST_MARGIN) - 1e-3
 
 
+@pytest.mark.parametrize(
+    "starts",
+    [
+        [(2.9, -0.77), (-0.95, 2.84), (-2.0, -2.24)],
+        [(2.89, 0.81), (-0.19, 2.99), (-1.11, -2.79)],
+        [(2.99, -0.25), (-1.07, 2.8), (-1.07, -2.8)],
+    ],
+)
+def test_robots_that_cannot_stop_at_once_reckon_with_each_others_ways_to_a_stop(starts):
+    """Each was told that the others might stop where they were: three that met in the middle touched by up to 37 cm."""
+    base = {"radius": 0.3, "max_acceleration": 1.0, "shape": "box"}
+    first, *others = (base | {"start": x, "goal": (-x[0], -x[1])} for x in starts)
+    scenario = sidestep.Scenario(robot=first, robots=others, duration=20.0, planner={"horizon": 5})
+    for record in TeamRun(scenario, snapshots=0).finish():
+        numbers = measure(record)
+        assert record.reached_goal
+        assert numbers.robot_contacts == 0
+        assert numbers.robot_min_distance >= 0.6
+
+
+def test_a_robot_that_rolls_on_is_given_the_way():
+    """Whoever announces a stop is not where it stands yet."""
+    planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)
+    here = sidestep.RobotState(position=(0.0, 0.0))
+    stop = np.tile((-1.4, 0.75), (5, 1))
+    planner.announce([Announced(path=stop, radius=0.3, settled=True)])
+    assert planner.step(time=0.0, robot=here, people=[]).velocity[1] > 0.5
+    planner.reset()
+    planner.announce([Announced(path=stop, radius=0.3, settled=True, velocity=(1.5, 0.0), acceleration=1.0)])
+    plan = planner.step(time=0.0, robot=here, people=[])
+    assert plan.velocity[1] <= 0.15 / 0.5
+
+
 def test_robots_that_would_stand_in_each_other_are_refused():
     with pytest.raises(InvalidInput, match=r"robots\.0\.start"):
         load_scenario("two-robots", ["robots.0.start=[0.0, -4.8]"])
@@ -162,6 +195,12 @@ GOOD = Announced(path=_path((2.0, 2.0), (0.5, 0.0)), radius=0.3, settled=True)
         (Announced(path=[[0.0, 1.0], [1e300, 1.0]], radius=0.3, settled=False), "beyond 1e9 m"),
         (Announced(path=np.ones((4, 2)), radius=np.nan, settled=False), "radius of nan m"),
         (Announced(path=np.ones((4, 2)), radius=-1.0, settled=False), "radius of -1.0 m"),
+        (Announced(path=np.ones((4, 2)), radius=0.3, settled=False, velocity=(1.0,)), r"velocity of \[1.0\], not 2"),
+        (
+            Announced(path=np.ones((4, 2)), radius=0.3, settled=False, velocity=(0.0, np.inf)),
+            r"velocity of \[0.0, inf\]",
+        ),
+        (Announced(path=np.ones((4, 2)), radius=0.3, settled=False, acceleration=0.0), "acceleration of 0.0 m/s²"),
     ],
 )
 def test_a_robot_stops_where_nobody_can_tell_what_another_will_do(wrong, why):

@@ -5,9 +5,9 @@
         plan = planner.step(...)
 
 A robot that goes first has planned for now: its next motion is known. One that comes later has announced what it
-planned at the last call; it may do that, or stop instead. A first motion is taken only if it clears all of these until
-the next call. So a robot that finds nothing better stops, which all others have reckoned with: nobody drives into
-anybody, as long as the bases do what they are told.
+planned at the last call; it may do that, or stop instead. A first motion is taken only if it, and the stop after it,
+clear all of these and the stops after them. So a robot that finds nothing better stops, which all others have reckoned
+with: nobody drives into anybody, as long as the bases do what they are told.
 """
 
 from __future__ import annotations
@@ -22,21 +22,25 @@ from sidestep.checks import WIDEST, measured, of_kind
 from sidestep.detour import Disc
 from sidestep.forecast import Forecast
 from sidestep.human.observation import PersonObservation
+from sidestep.ladder import Outcome
 from sidestep.lattice import Lattice
 from sidestep.lazily import lazy
 from sidestep.planner import Planner
 from sidestep.planning.plan import Plan
 from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.person_mass import PersonMass
 from sidestep.robots import RobotState
+from sidestep.robots.until_standing import slices, slid
 from sidestep.situation import STANDS, Situation
-from sidestep.types import FloatArray, Path, Vector, VectorLike, plausible
+from sidestep.types import LARGEST, FloatArray, Path, Vector, VectorLike, plausible
 
 MARGIN = 0.10  # m beyond contact that plans keep from other robots
 FIRST_MARGIN = 0.05  # m beyond contact that the first action keeps
 LEAST_MARGIN = 0.01  # m beyond contact, below which the robot stops
+_SAME = 1e-9  # m; what comes nearer by less does not
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -51,14 +55,21 @@ class Announced:
         radius: m, of a disc around that point which covers the body: its `planning_radius`. That of the body itself
             leaves out how far a base with two wheels reaches back from its point.
         settled: it was planned for now and is what the robot will do; else the robot may stop instead.
+        velocity: (d,) m/s, of that point now; None: as at the beginning of the path.
+        acceleration: m/s², which it brakes with (its `planning_acceleration`); None: it can stop at once.
     """
 
     path: Path
     radius: float
     settled: bool
+    velocity: Vector | None = None
+    acceleration: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "path", measured("announced.path", self.path, "(K + 1, d) numbers (m), K ≥ 1"))
+        keep = object.__setattr__
+        keep(self, "path", measured("announced.path", self.path, "(K + 1, d) numbers (m), K ≥ 1"))
+        if self.velocity is not None:
+            keep(self, "velocity", measured("announced.velocity", self.velocity, "(d,) numbers (m/s), or none"))
 
     def unusable(self, dimension: int) -> str:
         """Say why nobody can tell where the robot will be, or ''."""
@@ -69,6 +80,10 @@ class Announced:
             return "another robot announced a path that is not finite, or beyond 1e9 m"
         if not 0.0 < self.radius <= WIDEST:
             return f"another robot announced a radius of {self.radius} m"
+        if self.velocity is not None and (self.velocity.shape != (dimension,) or not plausible(self.velocity)):
+            return f"another robot announced a velocity of {self.velocity.tolist()}, not {dimension} finite numbers"
+        if self.acceleration is not None and not 0.0 < self.acceleration <= LARGEST:
+            return f"another robot announced an acceleration of {self.acceleration} m/s²"
         return ""
 
     def doubled(self, blocks: int) -> FloatArray:
@@ -76,10 +91,26 @@ class Announced:
         whole = np.minimum(np.arange(blocks) / 2.0, len(self.path) - 1)
         return np.stack([np.interp(whole, np.arange(len(self.path)), x) for x in self.path.T], axis=1)
 
-    def first_velocities(self, time_step: float) -> FloatArray:
-        """Return (1 or 2, d) m/s: what it may do until the next call."""
-        going = (self.path[1] - self.path[0]) / time_step
-        return going[None] if self.settled else np.stack([going, np.zeros_like(going)])
+    def motions(self, time_step: float, interval: float) -> FloatArray:
+        """Return (1 or 2, T, d) m, where it may be every `SLICE` s, as planned for `interval` s and on until it stands.
+
+        Args:
+            time_step: s, between the places of the path; interval: s until the next call.
+        """
+        means = (self.path[1:2] - self.path[:1]) / time_step
+        asked, braked, now = means, self.acceleration, means[0] if self.velocity is None else self.velocity
+        if braked is not None:
+            asked = Inertia(velocity=now, acceleration=braked, time_step=time_step, interval=interval).asked(means)
+        may = asked if self.settled else np.concatenate([asked, np.zeros_like(asked)])
+        return slid(self.path[0], now, may, interval, braked)
+
+    def first_velocities(self, time_step: float, interval: float) -> FloatArray:
+        """Return (1 or 2, d) m/s: how it may move until the next call, on the mean."""
+        if self.acceleration is None:
+            going = (self.path[1] - self.path[0]) / time_step
+            return going[None] if self.settled else np.stack([going, np.zeros_like(going)])
+        places = self.motions(time_step, interval)
+        return (places[:, slices(interval)] - places[:, 0]) / interval
 
 
 class FleetPlanner(Planner):
@@ -102,25 +133,12 @@ class FleetPlanner(Planner):
         trouble = super()._trouble(time, robot, people)
         return trouble or next(filter(None, (other.unusable(self.goal.size) for other in self._others)), "")
 
-    def _planned(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Plan:
-        """As `Planner` does; a stop where that would come too close to another robot."""
-        plan = super()._planned(time, robot, started, wish)
-        if plan.status == "stopped" or not self._collides(self.robot.reference(robot), plan.velocity):
-            return plan
-        return self._stopped(time, robot, "another robot has the way", started)
-
-    def _collides(self, start: Vector, velocity: Vector) -> bool:
-        """Whether a velocity (d,) m/s comes nearer than allowed to what another robot may do until the next call."""
-        for other in self._others:
-            least = self.robot.planning_radius + other.radius + LEAST_MARGIN
-            offset = other.path[0] - start
-            for theirs in other.first_velocities(self.settings.time_step):
-                drift = theirs - velocity
-                square = float(drift @ drift)
-                share = 0.0 if square == 0.0 else float(np.clip(-(offset @ drift) / square, 0.0, self._interval))
-                if share > 0.0 and float(np.linalg.norm(offset + share * drift)) < least:
-                    return True
-        return False
+    def _plan(self, now: Situation, outcome: Outcome, started: float) -> Plan:
+        """A stop where the plan would come too close to another robot."""
+        plan = super()._plan(now, outcome, started)
+        if isinstance(now, AmongRobots) and now.collides(plan.velocity):
+            return self._stopped(now.time, now.state, "another robot has the way", started)
+        return plan
 
     def _discs(self) -> dict[str, Disc]:
         """Other robots may stand in the way, too; they have no names that people could have."""
@@ -147,9 +165,21 @@ class AmongRobots(Situation):
         """Whether the robot had better leave: because of people, or since another robot stands within its margin."""
         return super().beset or (not self._anybody_comes and any(map(self._stands_too_near, self.others)))
 
+    def collides(self, asked: Vector) -> bool:
+        """Whether asking for (d,) m/s, and stopping then, comes nearer than allowed to what another robot may do."""
+        velocity, braked = (None, None) if self.inertia is None else (self.inertia.velocity, self.inertia.acceleration)
+        own = slid(self.start, velocity, asked[None], self.around.interval, braked)[0]
+        for other in self.others:
+            least = self.robot.planning_radius + other.radius + LEAST_MARGIN
+            for theirs in other.motions(self.settings.time_step, self.around.interval):
+                nearest = _nearest(own, theirs)
+                if nearest < min(least, math.dist(self.start, other.path[0]) - _SAME):
+                    return True
+        return False
+
     def _stands_too_near(self, other: Announced) -> bool:
         """Whether another robot stands nearer than plans keep from it."""
-        going = other.first_velocities(self.settings.time_step)
+        going = other.first_velocities(self.settings.time_step, self.around.interval)
         near = math.dist(other.path[0], self.start) < self.robot.planning_radius + other.radius + MARGIN
         return near and float(np.abs(going).max()) < STANDS
 
@@ -180,7 +210,7 @@ class AmongRobots(Situation):
             velocities=np.zeros((0, d)), probabilities=np.zeros(0), distances=np.zeros(0),
             interval=self.around.interval, limit=self.around.first_step_limit,
         )  # fmt: skip
-        told = [other.first_velocities(self.settings.time_step) for other in self.others]
+        told = [other.first_velocities(self.settings.time_step, self.around.interval) for other in self.others]
         keep = [self.robot.planning_radius + other.radius + FIRST_MARGIN for other in self.others]
         rows = len(known.positions) + np.repeat(np.arange(len(told)), [len(v) for v in told])
         return replace(
@@ -192,6 +222,17 @@ class AmongRobots(Situation):
             probabilities=np.concatenate([known.probabilities, *(np.full(len(v), 1.0 / len(v)) for v in told)]),
             distances=np.concatenate([known.distances, keep]),
         )
+
+
+def _nearest(one: Path, other: Path) -> float:
+    """Metres between two points that move along (T, d) and (U, d) m at the same instants and then stand, at least."""
+    last = max(len(one), len(other)) - 1
+    instants = np.arange(last + 1)
+    apart = other[np.minimum(instants, len(other) - 1)] - one[np.minimum(instants, len(one) - 1)]
+    drift = np.diff(apart, axis=0)
+    square = np.maximum(np.square(drift).sum(axis=1), 1e-24)
+    shares = np.clip(-(apart[:-1] * drift).sum(axis=1) / square, 0.0, 1.0)
+    return float(np.sqrt(np.square(apart[:-1] + shares[:, None] * drift).sum(axis=1)).min())
 
 
 def _at(place: Vector, instant: int, blocks: int) -> PersonMass:

@@ -13,7 +13,7 @@ import numpy as np
 from sidestep.robots.differential import DifferentialDrive
 from sidestep.robots.holonomic import Holonomic
 from sidestep.robots.state import RobotState
-from sidestep.types import FloatArray
+from sidestep.types import FloatArray, Vector
 
 SLICE = 0.05
 """s between the places, the base's own period."""
@@ -31,27 +31,44 @@ def until_standing(
         asked: (M, d) m/s, what the reference is asked for during the next `interval` s; from then on it brakes.
         interval: s.
     """
-    phases = _phases(robot, interval)
     if isinstance(robot, DifferentialDrive):
+        phases = _phases(robot.planning_acceleration, robot.planning_speed, interval)
         return _driven(robot, state, asked, phases)
-    return _slid(robot, state, asked, phases)
+    return slid(state.position, state.velocity, asked, interval, robot.max_acceleration)
 
 
-def _phases(robot: Holonomic | DifferentialDrive, interval: float) -> list[tuple[bool, float]]:
+def _phases(acceleration: float | None, top_speed: float, interval: float) -> list[tuple[bool, float]]:
     """Whether the base still does what it was asked for, and how many s that slice lasts: then it brakes."""
-    driving = max(1, math.ceil(interval / SLICE - 1e-9))
-    limit = robot.planning_acceleration
-    braking = 1 if limit is None else math.ceil(1.5 * robot.planning_speed / (limit * SLICE))
+    driving = slices(interval)
+    braking = 1 if acceleration is None else math.ceil(1.5 * top_speed / (acceleration * SLICE))
     return [(True, interval / driving)] * driving + [(False, SLICE)] * braking
 
 
-def _slid(robot: Holonomic, state: RobotState, asked: FloatArray, phases: list[tuple[bool, float]]) -> FloatArray:
-    """Of a base that takes any direction."""
-    place = np.broadcast_to(state.position, asked.shape)
-    known, acceleration = state.velocity, robot.max_acceleration
+def slices(interval: float) -> int:
+    """Return in how many slices a base does what it is asked for until the next call, `interval` s from now."""
+    return max(1, math.ceil(interval / SLICE - 1e-9))
+
+
+def slid(
+    start: Vector,
+    known: Vector | None,
+    asked: FloatArray,
+    interval: float,
+    acceleration: float | None,
+) -> FloatArray:
+    """Return (M, T, d) m, where a point that takes any direction is every `SLICE` s from now until it stands.
+
+    Args:
+        start: (d,) m, where it is; known: (d,) m/s, its velocity, or None.
+        asked: (M, d) m/s, what it is asked for during the next `interval` s; from then on it brakes.
+        interval: s.
+        acceleration: m/s² at most, or None: it can do anything at once.
+    """
+    fastest = max(float(np.linalg.norm(v, axis=-1).max(initial=0.0)) for v in (asked, known) if v is not None)
+    place = np.broadcast_to(start, asked.shape)
     velocity = asked if known is None or acceleration is None else np.broadcast_to(known, asked.shape)
     places = [place]
-    for driving, step in phases:
+    for driving, step in _phases(acceleration, fastest, interval):
         goal = asked if driving else np.zeros_like(asked)
         change = goal - velocity
         if acceleration is not None and known is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -122,16 +123,20 @@ class TeamRun:
         """What a robot has told the others by now: its plan, or nothing yet, which means that it stands."""
         settings, motion = run.scenario.planner, run.motion
         here, steps = run.robot.reference(run.state), settings.horizon
-        radius = run.robot.planning_radius
+        told = partial(
+            Announced,
+            radius=run.robot.planning_radius,
+            velocity=run.robot.reference_velocity(run.state),
+            acceleration=run.robot.planning_acceleration,
+        )
         if motion is None:
-            return Announced(path=np.repeat(here[None], 2, axis=0), radius=radius, settled=False)
-        settled = run.planned_at == now
+            return told(path=np.repeat(here[None], 2, axis=0), settled=False)
         if isinstance(motion, Plan):
             path = carried_forward(motion, time=now, start=here, goal=run.goal, steps=steps)
         else:
             speed = float(np.linalg.norm(motion.velocity))
             path = straight(here, here + 1e3 * motion.velocity, speed=speed, time_step=settings.time_step, steps=steps)
-        return Announced(path=path, radius=radius, settled=settled)
+        return told(path=path, settled=run.planned_at == now)
 
     def _people_decide(self, now: float) -> None:
         if not self.runs[0].people:
