@@ -169,6 +169,21 @@ def measured(field: str, value: VectorLike | FloatArray, allowed: str = "numbers
         raise InvalidInput(field, value, allowed) from None
 
 
+def measured_number(field: str, value: float) -> float:
+    """Return one number that a sensor or a caller tells, whatever it is; NaN where it is masked.
+
+    Raises:
+        InvalidInput: it is no number at all.
+    """
+    if type(value) is float:
+        return value
+    if value is np.ma.masked:
+        return math.nan
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InvalidInput(field, value, "a number")
+    return _number(value)
+
+
 def numbers_in(value: object) -> tuple[float, ...]:
     """Return a sequence or (n,) array of numbers within ±`LARGEST` as a tuple, () where `value` is anything else."""
     if not (isinstance(value, Sequence) or (isinstance(value, np.ndarray) and value.ndim == 1)):

@@ -39,11 +39,13 @@ def concern(mind: Mind, facing: Facing | None, state: Habits | None, time: float
     return odds / (1.0 + odds)
 
 
-def weighed(mind: Mind, position: Vector, covariance: FloatArray, time: float, time_step: float) -> Belief:
-    """Eq. 8 against the anchor, after letting awareness change its mind."""
+def weighed(
+    mind: Mind, position: Vector, covariance: FloatArray, time: float, time_step: float, *, age: float = 0.0
+) -> Belief:
+    """Eq. 8 at `time` s for a position `age` s old, against the anchor, after letting awareness change its mind."""
     anchor = mind.anchor
     model = mind.model
-    since = mind.seen + mind.unseen if anchor is None else anchor.time
+    since = mind.seen + mind.unseen if anchor is None else anchor.time + age
     elapsed = max(time - since, 0.0)
     start = mind.belief if anchor is None else anchor.belief
     believed = bayes.relax(start, switch_rate=model.switch_rate, prior_concerned=model.prior_concerned, elapsed=elapsed)

@@ -42,18 +42,20 @@ class Mind:
 
     Attributes:
         id: identity; model: of this person.
-        seen: s, last observation; measured: (d,) m, then; covariance: (d, d) m² of it.
+        seen: s, when they were last measured; measured: (d,) m, then; covariance: (d, d) m² of it.
+        told: s, the last call that was told of them: `seen`, or later by what the observation took to come.
         position: (d,) m; velocity: (d,) m/s; now, filtered and carried forward.
         habits: what was learned from the past, or None where the model switches that off.
         goals: candidates, in the order of the belief's rows.
-        belief: `unseen` s after `seen`; anchor: None until the person was predicted.
+        belief: at the last call; anchor: None until the person was predicted.
         facing: the robot's way and the person's courses, where β is learned from the clearance they gain.
-        unseen: s since they were seen, at the last call.
+        unseen: s from `seen` to the last call.
     """
 
     id: str
     model: HumanModel
     seen: float
+    told: float
     measured: Vector
     covariance: FloatArray
     position: Vector

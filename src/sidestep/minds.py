@@ -19,6 +19,8 @@ from sidestep.human.reaction import Facing, Way
 from sidestep.mind import Anchor, Mind
 from sidestep.types import FloatArray, Vector, finite, frozen_array, plausible
 
+_INSTANT = 1e-6  # s; what was measured within is one measurement
+
 
 class Unplaceable(Exception):  # noqa: N818 (says why the planner must stop; never leaves it)
     """Somebody is there, but nobody can say where."""
@@ -36,8 +38,9 @@ def met(
 ) -> dict[str, Mind]:
     """Return everybody who counts at `time` s: those seen, and those seen at most `memory` s ago.
 
-    People who share an id are told apart by primes: "a", "a'". A position that is not finite counts as not seen. Whose
-    id is now somebody else's, who is where nobody could have walked to, is met anew.
+    People who share an id are told apart by primes: "a", "a'". A position that is not finite, or older than `memory`,
+    counts as not seen. Whose id is now somebody else's, who is where nobody could have walked to, is met anew. An
+    observation that was made before the last one tells nothing new.
 
     Raises:
         Unplaceable: a position, velocity or goal has the wrong dimension, a position was never one within `memory`, or
@@ -51,22 +54,23 @@ def met(
         while name in present:
             name = f"{name}'"
         before = known.get(name)
-        for what, vector in (("position", seen.position), ("velocity", seen.velocity), ("goal", seen.goal)):
-            if vector is not None and vector.shape != (dimension,):
-                raise Unplaceable(f"person {seen.id!r}: {what} has {coordinates_of(vector)}, not {dimension}")
-        if not plausible(seen.position):
+        _check_dimension(seen, dimension)
+        when, given = time - _age(seen), seen.model or model
+        if not (plausible(seen.position) and time - when <= memory):
             if before is None or time - before.seen > memory:
-                raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}")
+                old = f", {seen.age:.3g} s old" if seen.age else ""
+                raise Unplaceable(f"person {seen.id!r}: position is {seen.position.tolist()}{old}")
             present[name] = miss(before, time)
-        elif before is None or not _same_but_goals(before.model, seen.model or model) or _anew(before, seen, time):
-            present[name] = replace(meet(seen, seen.model or model, time), id=name)
-        elif time > before.seen:
-            given = seen.model or model
+        elif before is None or not _same_but_goals(before.model, given) or _anew(before, seen, when):
+            present[name] = replace(meet(seen, given, time), id=name)
+        elif when > before.seen + _INSTANT:
             same = before.model is given or before.model == given
             known_as = before if same else replace(before, model=given)
             present[name] = observe(known_as, seen, time, time_step)
+        elif time > before.told:  # nothing new, but somebody is there
+            present[name] = replace(miss(before, time), anchor=before.anchor, told=time)
         else:
-            present[name] = before
+            present[name] = before  # asked again in the same instant
     for name, before in known.items():
         if name not in present and time - before.seen <= memory:
             present[name] = miss(before, time)
@@ -90,26 +94,40 @@ def _check_id(name: object) -> None:
         raise Unplaceable(f"the id of a person is a {type(name).__name__}, not a text")
 
 
+def _check_dimension(seen: PersonObservation, dimension: int) -> None:
+    """Raise `Unplaceable` unless all that is told of somebody is of this dimension."""
+    for what, vector in (("position", seen.position), ("velocity", seen.velocity), ("goal", seen.goal)):
+        if vector is not None and vector.shape != (dimension,):
+            raise Unplaceable(f"person {seen.id!r}: {what} has {coordinates_of(vector)}, not {dimension}")
+
+
 def _same_but_goals(one: HumanModel, other: HumanModel) -> bool:
     """Whether two models differ at most in their candidate goals: what is believed of awareness is worth keeping."""
     return one is other or one == other or replace(one, goals=()) == replace(other, goals=())
 
 
+def _age(seen: PersonObservation) -> float:
+    """S since somebody was measured; nobody is from the future."""
+    return 0.0 if seen.age < 0.0 else seen.age
+
+
 def _anew(mind: Mind, seen: PersonObservation, time: float) -> bool:
-    """Whether somebody else bears this name now, or so much time has passed that nothing known counts any more."""
+    """Whether somebody else bore this name at `time` s, or nothing known counts any more after so long."""
     covariance = _covariance(seen, mind.model)
-    return mind.habits is not None and learning.begins_anew(mind.habits, time, seen.position, covariance)
+    if mind.habits is None or time <= mind.seen:
+        return False
+    return learning.begins_anew(mind.habits, time, seen.position, covariance)
 
 
 def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind:
-    """Return a mind for someone who was never seen before (or whose past no longer counts)."""
-    covariance = _covariance(observation, model)
+    """Return a mind, at `time` s, for someone who was never seen before (or whose past no longer counts)."""
+    age, covariance = _age(observation), _covariance(observation, model)
     known = _known(observation.velocity)
     velocity = np.zeros(observation.position.size) if known is None else known
     state = None
     if model.motion_filter:
         state = learning.meet(
-            time,
+            time - age,
             observation.position,
             covariance,
             velocity=known,
@@ -120,27 +138,30 @@ def meet(observation: PersonObservation, model: HumanModel, time: float) -> Mind
     return Mind(
         id=observation.id,
         model=model,
-        seen=time,
+        seen=time - age,
+        told=time,
         measured=observation.position,
         covariance=covariance,
-        position=observation.position if state is None else state.position,
+        position=_ahead(observation.position, velocity, age) if state is None else state.position_at(time),
         velocity=frozen_array(velocity if state is None else state.velocity),
         habits=state,
         goals=goals,
         belief=bayes.prior(len(goals), model.prior_concerned, over_goals),
+        unseen=age,
     )
 
 
 def observe(mind: Mind, observation: PersonObservation, time: float, time_step: float) -> Mind:
-    """Return the mind after one more observation at `time` s (later than the last one).
+    """Return the mind, at `time` s, after one more observation, made later than the last one.
 
     Evidence is one action per `time_step` (s); an observation that comes later than three steps, or shows a
     displacement that no action explains, leaves the belief to its own relaxation.
     """
-    covariance = _covariance(observation, mind.model)
-    state = mind.habits and learning.update(mind.habits, time, observation.position, covariance)
-    velocity = state.velocity if state is not None else _velocity(mind, observation, time)
-    believed = weighed(mind, observation.position, covariance, time, time_step)
+    age, covariance = _age(observation), _covariance(observation, mind.model)
+    when = time - age
+    state = mind.habits and learning.update(mind.habits, when, observation.position, covariance)
+    velocity = state.velocity if state is not None else _velocity(mind, observation, when)
+    believed = weighed(mind, observation.position, covariance, time, time_step, age=age)
     facing = mind.facing and mind.facing.at(time)
     if mind.by_clearance:
         believed = bayes.with_concern(believed, concern(mind, facing, state, time))
@@ -148,21 +169,23 @@ def observe(mind: Mind, observation: PersonObservation, time: float, time_step: 
     if len(goals) != len(mind.goals) or isinstance(goals[0], PointGoal) != isinstance(mind.goals[0], PointGoal):
         believed = bayes.prior(len(goals), believed.concerned, over_goals)
     anchor = mind.anchor
-    if anchor is not None and (len(anchor.probabilities) != len(goals) or time - anchor.time >= 0.999 * time_step):
+    if anchor is not None and (len(anchor.probabilities) != len(goals) or when - anchor.time >= 0.999 * time_step):
         anchor = None  # its evidence is in the belief now; the next prediction sets a new one
     return Mind(
         id=mind.id,
         model=mind.model,
-        seen=time,
+        seen=when,
+        told=time,
         measured=observation.position,
         covariance=covariance,
-        position=observation.position if state is None else state.position,
+        position=_ahead(observation.position, velocity, age) if state is None else state.position_at(time),
         velocity=velocity,
         habits=state,
         goals=goals,
         belief=believed,
         anchor=anchor,
         facing=facing,
+        unseen=age,
     )
 
 
@@ -181,18 +204,18 @@ def miss(mind: Mind, time: float) -> Mind:
 
 
 def expect(mind: Mind, probabilities: FloatArray, velocities: FloatArray, time: float) -> Mind:
-    """Return the mind with an anchor at `time` s, unless evidence is still being weighed against an older one.
+    """Return the mind with an anchor where it was last measured, unless evidence is being weighed against an older one.
 
     Args:
-        mind: seen at `time`.
+        mind: told of at `time`; anybody else is left as they are.
         probabilities: (G, 2, n) P(u|x; goal, β) under the plan that the person can anticipate now.
         velocities: (n, d) m/s, of these actions in the world frame.
         time: s.
     """
-    if mind.anchor is not None or mind.seen != time:
+    if mind.anchor is not None or mind.told != time:
         return mind
     anchor = Anchor(
-        time=time,
+        time=mind.seen,
         position=mind.measured,
         covariance=mind.covariance,
         probabilities=probabilities,
@@ -206,12 +229,12 @@ def face(mind: Mind, way: Way, contact: float, time: float) -> Mind:
     """Return the mind with the robot's `way` known, and whether the person is on a collision course with it.
 
     Args:
-        mind: seen at `time`; anybody else, and those whose β is learned from actions, are left as they are.
+        mind: told of at `time`; anybody else, and those whose β is learned from actions, are left as they are.
         way: of the robot.
         contact: m between centres at which bodies touch.
         time: s.
     """
-    if mind.seen != time or mind.habits is None or not mind.by_clearance:
+    if mind.told != time or mind.habits is None or not mind.by_clearance:
         return mind
     courses = () if mind.facing is None else mind.facing.courses
     facing = Facing(settings=mind.model.reaction, way=way, contact=contact, courses=courses)
@@ -224,6 +247,7 @@ def _with(mind: Mind, anchor: Anchor | None, facing: Facing | None) -> Mind:
         id=mind.id,
         model=mind.model,
         seen=mind.seen,
+        told=mind.told,
         measured=mind.measured,
         covariance=mind.covariance,
         position=mind.position,
@@ -233,7 +257,13 @@ def _with(mind: Mind, anchor: Anchor | None, facing: Facing | None) -> Mind:
         belief=mind.belief,
         anchor=anchor,
         facing=facing,
+        unseen=mind.unseen,
     )
+
+
+def _ahead(position: Vector, velocity: Vector, age: float) -> Vector:
+    """(d,) m, `age` s later at this velocity."""
+    return position if age == 0.0 else frozen_array(position + age * velocity)
 
 
 def _goals(

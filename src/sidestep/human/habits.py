@@ -62,6 +62,10 @@ class Habits:
         """(d,) m/s, filtered: the present velocity v₁."""
         return self.mean[self.mean.size // 2 :]
 
+    def position_at(self, time: float) -> Vector:
+        """(d,) m, filtered and carried forward to `time` s at the present velocity."""
+        return self.position if time == self.time else sealed(self.position + (time - self.time) * self.velocity)
+
     @property
     def position_covariance(self) -> FloatArray:
         """(d, d) m²."""

@@ -1,17 +1,17 @@
-"""What is measured of a person at one instant."""
+"""What is measured of a person at one instant, now or some time ago."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sidestep.checks import measured
+from sidestep.checks import measured, measured_number
 from sidestep.human.model import HumanModel
 from sidestep.types import FloatArray, Vector, VectorLike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PersonObservation:
-    """One person, as measured now.
+    """One person, as measured now or `age` s ago.
 
     Not validated here: `Planner.step` takes whatever a sensor says and answers with a safe plan. What is masked in an
     array was not measured: NaN.
@@ -24,6 +24,8 @@ class PersonObservation:
         model: the model of this person, or None for the planner's.
         position_covariance: (d, d) m², or None: then the model's `measurement_noise`.
         velocity_covariance: (d, d) m²/s², or None.
+        age: s since all this was measured: who is told of late is carried forward at the velocity known of them, and
+            doubted accordingly. Negative counts as 0; beyond `PlannerSettings.memory`, the position was not measured.
 
     Raises:
         InvalidInput: something is not numbers at all.
@@ -36,6 +38,7 @@ class PersonObservation:
     model: HumanModel | None = None
     position_covariance: FloatArray | None = None
     velocity_covariance: FloatArray | None = None
+    age: float = 0.0
 
     def __init__(
         self,
@@ -47,11 +50,13 @@ class PersonObservation:
         model: HumanModel | None = None,
         position_covariance: FloatArray | None = None,
         velocity_covariance: FloatArray | None = None,
+        age: float = 0.0,
     ) -> None:
         keep = object.__setattr__
         keep(self, "id", id)
         keep(self, "position", measured(f"person {id!r}: position", position))
         keep(self, "model", model)
+        keep(self, "age", measured_number(f"person {id!r}: age", age))
         told = {
             "velocity": velocity,
             "goal": goal,

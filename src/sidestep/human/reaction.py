@@ -119,11 +119,12 @@ class Facing:
         if self.courses and time - self.courses[-1].time < 0.5 * habits.settings.gap:
             return self
         near = self.contact + s.margin
-        here, _ = self._nearest(habits.position, np.zeros_like(velocity), time, 0.0)
-        distance, when = self._nearest(habits.position, velocity, time, s.ahead)
+        place = habits.position_at(time)
+        here, _ = self._nearest(place, np.zeros_like(velocity), time, 0.0)
+        distance, when = self._nearest(place, velocity, time, s.ahead)
         if distance >= near or when < s.soonest or here < near + 0.5:
             return self  # no conflict, or too late to do anything about it
-        return replace(self, courses=(*self.courses, Course(time=time, position=habits.position, velocity=velocity)))
+        return replace(self, courses=(*self.courses, Course(time=time, position=place, velocity=velocity)))
 
     def log_ratio(self, habits: Habits, time: float) -> float | None:
         """Return log P(gain | concerned) − log P(gain | unconcerned), or None where there was no collision course.
@@ -138,7 +139,7 @@ class Facing:
         old = self.courses[0]
         then = sealed(old.position + (time - old.time) * old.velocity)
         was, when = self._nearest(then, old.velocity, time, s.ahead)
-        now, _ = self._nearest(habits.position, present, time, s.ahead)
+        now, _ = self._nearest(habits.position_at(time), present, time, s.ahead)
         habitual = s.doubt + s.doubt_rate * when
         width = math.sqrt(habitual**2 + 2.0 * float(habits.sensed(np.array([when]))[0]))
         aim, nu = s.gained / width, s.freedom

@@ -161,14 +161,10 @@ class LabSenses:
         there = np.hypot(*(person.position - self._destinations[0])) < _THERE
         if stood > (_LINGERS if known == "candidates" else _STAYS) and not (known == "known" and there):
             return person
-        return PersonObservation(
-            id=person.id,
-            position=person.position,
-            velocity=person.velocity,
+        return replace(
+            person,
             goal=self._destinations[0] if known == "known" else None,
             model=self._walking if known == "candidates" else None,
-            position_covariance=person.position_covariance,
-            velocity_covariance=person.velocity_covariance,
         )
 
     def move(self, state: RobotState) -> None:
