@@ -47,6 +47,17 @@ def test_who_stops_for_the_car_reacted_and_who_walks_on_did_not() -> None:
         np.testing.assert_allclose(found.vehicle_from(found.onset + 1.0, 3, 0.5)[:, 0], reached, atol=1e-6)
 
 
+@pytest.mark.parametrize(("away", "met"), [((2.0, 3.5), 0), ((4.0, 5.5), 1), ((5.0, 7.0), 1)])
+def test_a_vehicle_is_met_before_or_after_a_gap_in_its_track_never_in_it(away: tuple[float, float], met: int) -> None:
+    """Clearances were NaN in the gap, which passed for an encounter to which nobody reacted."""
+    whole = car()
+    there = (whole.time <= away[0]) | (whole.time >= away[1])
+    gappy = Track(agent="v", kind="veh", time=whole.time[there], positions=whole.positions[there])
+    found = encounters(scene(crossing(True), gappy), CAR.near)
+    assert len(found) == met
+    assert all(e.reacted and np.isfinite(e.vehicle).all() and e.kept < CAR.near for e in found)
+
+
 def test_no_encounter_without_a_collision_course() -> None:
     away = straight("p", (0.0, 2.0), (0.0, 1.2))
     assert encounters(scene(away, car()), CAR.near) == []

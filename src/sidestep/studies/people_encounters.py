@@ -76,14 +76,15 @@ def encounters(recording: Recording, near: float, *, person_kinds: Sequence[str]
     Args:
         recording: one scene.
         near: m between centres, "too close".
-        person_kinds: kinds of agents that are people; all others are vehicles.
+        person_kinds: kinds of agents that are people; all others are vehicles, and who was away is another.
     """
-    vehicles = [t for t in recording.tracks if t.kind not in person_kinds and len(t.time) > 10]
+    whole = (t for t in recording.tracks if t.kind not in person_kinds)
+    vehicles = [part for t in whole for part in without_gaps(t) if len(part.time) > 10]
+    paths = [(float(v.time[0]), _sampled(v)) for v in vehicles]
     found: list[Encounter] = []
     for track in _walkers(recording, person_kinds):
-        for vehicle in vehicles:
-            path = _sampled(vehicle)
-            encounter = _first(recording.name, track, path, float(vehicle.time[0]), near)
+        for start, path in paths:
+            encounter = _first(recording.name, track, path, start, near)
             if encounter is not None:
                 found.append(encounter)
     return found
