@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from sidestep.errors import UnknownName
-from sidestep.simulation.recordings import Track
+from sidestep.simulation.recordings import EDGE, Track
 from sidestep.simulation.settings import MODEL_KINDS
 from sidestep.types import FloatArray, Path, Vector, frozen_array
 
@@ -110,7 +110,7 @@ class Recorded:
         self.goal: Vector | None = None
         self.told_goal: Vector | None = None
         self.awareness = float("nan")
-        self._stays = [(float(begin) - 1e-3, float(end) + 1e-3) for begin, end in track.stays]
+        self._stays = [(float(begin) - EDGE, float(end) + EDGE) for begin, end in track.stays]
 
     def position(self, time: float) -> Vector | None:
         """As recorded; None before and after the track, and in its gaps."""

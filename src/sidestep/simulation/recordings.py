@@ -12,6 +12,8 @@ from sidestep.types import FloatArray, Vector, frozen_array
 
 LONGEST_GAP = 0.85
 """s between two samples, over which an agent is taken to have been there: one missing at 2.5 Hz."""
+EDGE = 1e-3
+"""s, up to which an instant before the first sample or after the last counts as these."""
 _RARE = 2.1  # usual intervals, over which it is where samples are rarer than that
 _WALKING, _FASTEST = 0.3, 15.0  # m/s, of those who do not stand; most people cannot go so fast on a bicycle
 _SLOWEST = 10.0  # s between two samples, with which nobody can be followed
@@ -49,11 +51,11 @@ class Track:
     def at(self, time: float | FloatArray) -> FloatArray:
         """Positions at `time`, (d,) or (T, d) m, linear between the samples; NaN where the agent is absent.
 
-        Instants up to a millisecond outside of `stays` count as their ends.
+        Instants up to `EDGE` outside of `stays` count as their ends.
         """
         t = np.asarray(time, dtype=np.float64)
         begins, ends = self.stays.T
-        inside = ((t[..., None] >= begins - 1e-3) & (t[..., None] <= ends + 1e-3)).any(axis=-1)
+        inside = ((t[..., None] >= begins - EDGE) & (t[..., None] <= ends + EDGE)).any(axis=-1)
         columns = [np.interp(t, self.time, column) for column in self.positions.T]
         return np.where(inside[..., None], np.stack(columns, axis=-1), np.nan)
 

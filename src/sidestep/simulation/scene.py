@@ -36,10 +36,3 @@ def rectangle(centre: tuple[float, float], size: tuple[float, float], angle: flo
     half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.asarray(size) / 2
     c, s = np.cos(angle), np.sin(angle)
     return half @ np.array([[c, s], [-s, c]]) + np.asarray(centre)
-
-
-def regular_polygon(centre: tuple[float, float], radius: float, corners: int = 8) -> FloatArray:
-    """Return the (corners, 2) m corners of a polygon around a circle of `radius` (m); no part sticks out."""
-    angles = 2 * np.pi * (np.arange(corners) + 0.5) / corners
-    outer = radius / np.cos(np.pi / corners)
-    return np.asarray(centre) + outer * np.stack((np.cos(angles), np.sin(angles)), axis=1)

@@ -11,7 +11,6 @@ import numpy as np
 from sidestep.human.observation import PersonObservation
 from sidestep.robots import RobotState
 from sidestep.safety_filter import SafetyFilter
-from sidestep.simulation.approach import STANDING
 from sidestep.simulation.assembly import planner_of
 from sidestep.simulation.loop import simulate
 from sidestep.simulation.metrics import measure
@@ -20,6 +19,7 @@ from sidestep.simulation.peers_orca import Orca
 from sidestep.simulation.scenario import Scenario
 from sidestep.studies.arms import Row, Study
 from sidestep.studies.conditions import conditions
+from sidestep.studies.episode import moving_share
 from sidestep.studies.opponents import trip_of
 from sidestep.studies.statistics import clopper_pearson
 from sidestep.types import FloatArray
@@ -80,7 +80,6 @@ def episode(seed: int, *, condition: str, controller: Callable[[Trip], Navigator
     guard = Guarded(inner, SafetyFilter(planner_of(scenario))) if guarded else None
     record = simulate(scenario, navigator=guard or inner, snapshots=0)
     m = measure(record)
-    moving = float((np.linalg.norm(record.robot_velocities, axis=1) > STANDING).mean())
     return {
         "moving_contact": float(m.contacts_moving > 0),
         "standing_contact": float(m.contacts_standing > 0),
@@ -88,7 +87,7 @@ def episode(seed: int, *, condition: str, controller: Callable[[Trip], Navigator
         "time": m.time_to_goal,
         "interfered": guard.interfered / guard.calls if guard else float("nan"),
         "change": guard.change / guard.calls if guard else float("nan"),
-        "moving": moving,
+        "moving": moving_share(record),
     }
 
 

@@ -212,9 +212,8 @@ class Replay:
 
     def _heats(self, step: int) -> list[Heat]:
         """The last predictions kept before this step; none where they are too old."""
-        shots = [
-            s for s in self._record.snapshots if 0 <= step - s.step <= max(1, round(2.0 / self._record.control_step))
-        ]
+        oldest = max(1, round(SNAPSHOT_AGE / self._record.control_step))
+        shots = [s for s in self._record.snapshots if 0 <= step - s.step <= oldest]
         newest = max((s.step for s in shots), default=-1)
         return [_painted(s) for s in shots if s.step == newest]
 

@@ -22,9 +22,6 @@ from sidestep.viewer.live.stage import VISITOR
 from sidestep.viewer.live.tally import Tally
 from sidestep.viewer.live.visitor import Visitor
 
-HEATS = 6  # people whose predictions are drawn: the nearest
-WALKING = 0.15  # m/s
-
 
 class World:
     """One planner's view of the same person.
