@@ -22,10 +22,8 @@ def _of_status(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
         return f"every limit holds with {whom} in reach; highest risk {worst:.2g} of {settings.risk_limit:g}"
     if not outcome.stoppable:
         return f"with {whom} in reach no motion leaves a safe stop; taking the least risk, highest {worst:.2g}"
-    steps = (
-        outcome.foreseen.around.horizon if settings.recourse is None else round(settings.recourse / settings.time_step)
-    )
-    if settings.risk_rule == "mass" and float(risk[: max(steps, 1)].max()) <= settings.risk_limit:
+    steps = now.recourse_steps
+    if steps is not None and float(risk[:steps].max()) <= settings.risk_limit:
         return f"with {whom} in reach limits hold for now, not to the end; going on, highest risk {worst:.2g}"
     return f"no plan keeps every limit with {whom} in reach; taking the least risk, highest {worst:.2g}"
 
