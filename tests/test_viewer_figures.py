@@ -216,6 +216,13 @@ def test_a_folder_that_is_not_there_is_named(tmp_path):
         save_figure(run_figure(made_record(snapshots=False)), tmp_path / "nowhere" / "run.png")
 
 
+def test_where_a_folder_has_the_name_nothing_is_left_behind(tmp_path):
+    (tmp_path / "run.png").mkdir()
+    with pytest.raises(OutputError, match=r"run\.png"):
+        save_figure(run_figure(made_record(snapshots=False)), tmp_path / "run.png")
+    assert [file.name for file in tmp_path.iterdir()] == ["run.png"]
+
+
 @pytest.mark.parametrize("people", [1, 2, 3])
 @pytest.mark.parametrize("narrow", [1.0, 0.1])
 def test_no_two_seconds_are_written_on_one_place(people, narrow):

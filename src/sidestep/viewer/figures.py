@@ -48,7 +48,7 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     """Write `figure` (png, pdf or svg by its suffix); a reader never sees half a file.
 
     Raises:
-        OutputError: the folder does not exist or is not writable.
+        OutputError: the folder does not exist or is not writable, or a folder has that name.
     """
     target = Path(path)
     temporary = target.with_name(f".{target.stem}.part{target.suffix}")
@@ -57,6 +57,8 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
         os.replace(temporary, target)
     except OSError as error:
         raise OutputError(target, error.strerror or str(error)) from error
+    finally:
+        temporary.unlink(missing_ok=True)
     return target
 
 
