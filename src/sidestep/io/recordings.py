@@ -1,9 +1,9 @@
 """Recordings of standard messages: MCAP and ROS 1 bags, written and read without ROS.
 
 with RecordingWriter("run.mcap") as recording:
-recording.write("/odom", "nav_msgs/Odometry", 0.0, recording.make("nav_msgs/Odometry", …))
+    recording.write("/odom", "nav_msgs/Odometry", 0.0, recording.make("nav_msgs/Odometry", …))
 for item in read_messages("run.mcap"):
-item.topic, item.time, item.message
+    item.topic, item.time, item.message
 """
 
 from __future__ import annotations

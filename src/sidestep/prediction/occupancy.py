@@ -2,12 +2,12 @@
 
 lattice = frame_of(model, position, velocity, time_step)
 prediction = predict(
-model=model, lattice=lattice, goals=[PointGoal((0.0, 5.0))],
-weights=[[0.5, 0.5]],                  # (G, 2): P(goal, unconcerned), P(goal, concerned); sums to 1
-robot_path=path,                       # (≥ N + M + 1, d) m, instant 0 first; M = max(N_H, 1)
-horizon=8, time_step=0.5,
-removal=Removal(distance=0.6),         # or None
-midway=True,
+    model=model, lattice=lattice, goals=[PointGoal((0.0, 5.0))],
+    weights=[[0.5, 0.5]],                  # (G, 2): P(goal, unconcerned), P(goal, concerned); sums to 1
+    robot_path=path,                       # (≥ N + M + 1, d) m, instant 0 first; M = max(N_H, 1)
+    horizon=8, time_step=0.5,
+    removal=Removal(distance=0.6),         # or None
+    midway=True,
 )
 prediction.occupancy.probability           # (N+1, cells…)
 prediction.contact                         # (N,)

@@ -161,7 +161,7 @@ def run_pieces(
     Raises:
         InvalidInput: there is no such engine, or it has no cluster at an address.
         MissingExtra: the engine is not installed.
-        WorkersLost: workers were killed more than three times in a row.
+        WorkersLost: workers were killed `ATTEMPTS` times.
     """
     workers = processes(workers)
     _check(engine, address)

@@ -55,7 +55,7 @@ def vehicle_model(model: HumanModel, vehicle: Vehicle) -> HumanModel:
 
 
 def beliefs(encounter: Encounter, model: HumanModel, vehicle: Vehicle) -> FloatArray:
-    """Return P(concerned) at `DELAYS` after the onset (3,), seen causally; the vehicle knows its own way ahead."""
+    """Return P(concerned) at `DELAYS` after the onset, one each, seen causally; the vehicle knows its own way ahead."""
     workspace = Workspace()
     around = Circumstances(time_step=TIME_STEP, horizon=1, robot_radius=vehicle.radius, interval=TIME_STEP)
     steps = (model.horizon or HORIZON) + 2
