@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from concurrent.futures import ThreadPoolExecutor
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -194,6 +195,26 @@ def test_time_running_backwards_stops_once_and_then_starts_afresh() -> None:
     assert back.status == "stopped"
     assert "backwards" in back.reason
     assert p.step(time=1.5, robot=ROBOT, people=seen).status == "certified"
+
+
+def test_a_goal_that_is_set_while_a_call_is_answered_counts_from_the_next_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, climb = planner(), sidestep.planner.climb
+    setting = Thread(target=lambda: setattr(one, "goal", (5.0, -5.0)))
+    meanwhile: list[list[float]] = []
+
+    def climbing(*given: object) -> object:
+        setting.start()
+        setting.join(0.2)
+        meanwhile.append(one.goal.tolist())
+        return climb(*given)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sidestep.planner, "climb", climbing)
+        plan = one.step(time=0.0, robot=ROBOT, people=[])
+    setting.join()
+    assert (meanwhile, one.goal.tolist()) == ([[0.0, 5.0]], [5.0, -5.0])
+    np.testing.assert_allclose(plan.velocity, (0.0, 1.0), atol=1e-3)
+    assert one.step(time=0.5, robot=ROBOT, people=[]).velocity[0] > 0.9
 
 
 @pytest.mark.parametrize("measured", [True, False])

@@ -129,15 +129,15 @@ class Planner:
 
     def set_world(self, *, goal: VectorLike, obstacles: Obstacles | None) -> None:
         """Set the goal ((d,) m) and the map at once, where neither fits what the other was before."""
-        before = self.human
         self._take(self._at(goal, obstacles, self._told))
-        if self.human.goals != before.goals:
-            self._minds = {}
 
     def _take(self, site: Site) -> None:
-        """Plan for another goal or map from now on."""
-        self._site, self._last = site, None
-        self._detours.renew(site)
+        """Plan for another goal or map from now on; a call that is being answered is answered for the old one."""
+        with self._crew.busy:
+            if site.human.goals != self.human.goals:
+                self._minds = {}
+            self._site, self._last = site, None
+            self._detours.renew(site)
 
     @property
     def human(self) -> HumanModel:
