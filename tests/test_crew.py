@@ -56,13 +56,11 @@ def test_who_cannot_have_helpers_does_it_alone(monkeypatch):
     assert Crew(3).each(lambda item, _: -item, [1, 2, 3]) == [-1, -2, -3]
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
-def test_a_forked_process_has_helpers_of_its_own():
-    crew = Crew(2)
-    crew.each(lambda item, _: item, [1, 2])
+def ends_in_a_fork(work):
+    """Whether `work` returns True in a forked process, within 20 s."""
     child = os.fork()
-    if child == 0:  # the parent's helpers are not here: to wait for them would be for ever
-        os._exit(0 if crew.each(lambda item, _: item, [3, 4, 5]) == [3, 4, 5] else 1)
+    if child == 0:
+        os._exit(0 if work() else 1)
     for _ in range(200):
         ended, status = os.waitpid(child, os.WNOHANG)
         if ended:
@@ -71,8 +69,37 @@ def test_a_forked_process_has_helpers_of_its_own():
     else:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
-    assert ended
-    assert status == 0
+    return bool(ended) and status == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_has_helpers_of_its_own():
+    crew = Crew(2)
+    crew.each(lambda item, _: item, [1, 2])  # these are not in the other process: to wait for them would be for ever
+    assert ends_in_a_fork(lambda: crew.each(lambda item, _: item, [3, 4, 5]) == [3, 4, 5])
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_does_not_wait_for_a_thread_that_plans_in_its_parent():
+    crew, held, over = Crew(1), threading.Event(), threading.Event()
+
+    def plan():
+        with crew.busy:
+            held.set()
+            over.wait(60)
+
+    def ask():
+        with crew.busy:
+            return True
+
+    thread = threading.Thread(target=plan)
+    thread.start()
+    held.wait()
+    try:
+        assert ends_in_a_fork(ask)
+    finally:
+        over.set()
+        thread.join()
 
 
 def test_the_motion_is_the_same_for_any_number_of_threads():

@@ -6,7 +6,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from threading import RLock
 from typing import TypeVar
 
@@ -25,8 +25,7 @@ class Crew:
     """
 
     def __init__(self, threads: int = 1) -> None:
-        self.busy = RLock()
-        """Held by whoever works with the scratch arrays: two at a time would overwrite each other's memory."""
+        self._busy = os.getpid(), RLock()
         self._spaces = [Workspace() for _ in range(threads)]
         self._helpers: tuple[int, ThreadPoolExecutor] | None = None
 
@@ -35,6 +34,17 @@ class Crew:
 
     def __setstate__(self, threads: int) -> None:
         self.__init__(threads)
+
+    @property
+    def busy(self) -> AbstractContextManager[bool]:
+        """Held by whoever works with the scratch arrays: two at a time would overwrite each other's memory.
+
+        One of this process: after a fork, whoever held that of the parent is not there to let it go.
+        """
+        process = os.getpid()
+        if self._busy[0] != process:
+            self._busy = process, RLock()
+        return self._busy[1]
 
     def each(self, work: Callable[[Item, Workspace], Result], items: Sequence[Item]) -> list[Result]:
         """Return `work` of every item, in their order; whoever is free takes the next.
