@@ -227,6 +227,18 @@ def test_what_is_told_in_another_way_than_is_asked_for_stops_the_robot_in_plain_
     assert planner.step(time=1.0, robot=here, people=[]).status == "certified"
 
 
+def test_what_is_masked_is_not_known():
+    """Whatever lay under the mask was taken for a place, and a robot went past where nobody was."""
+    planner = sidestep.Planner(robot=sidestep.Holonomic(), goal=(4.0, 0.0))
+    lost = np.ma.array([2, 9], mask=[False, True])
+    here = sidestep.RobotState(position=np.ma.array([0.0, 0.0]))
+    plan = planner.step(time=0.0, robot=here, people=[sidestep.PersonObservation(id="a", position=lost)])
+    assert plan.reason == "person 'a': position is [2.0, nan]"
+    plan = planner.step(time=0.1, robot=sidestep.RobotState(position=lost), people=[])
+    assert plan.reason == "robot position is [2.0, nan]"
+    assert planner.step(time=0.2, robot=here, people=[]).status == "certified"
+
+
 def test_a_velocity_of_the_robot_in_another_dimension_is_not_known():
     robot = sidestep.Holonomic(max_acceleration=1.0)
     plans = [

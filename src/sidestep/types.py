@@ -36,8 +36,8 @@ Status = Literal["certified", "least_risk", "stopped"]
 
 
 def frozen_array(values: VectorLike | FloatArray | Sequence[VectorLike]) -> FloatArray:
-    """Return a read-only, contiguous float64 copy of `values` (shape kept), NaN where an array is masked."""
-    if isinstance(values, np.ma.MaskedArray):
+    """Return a read-only, contiguous float64 copy of `values` (shape kept); what is masked is NaN."""
+    if isinstance(values, np.ndarray) and type(values) is not np.ndarray:  # else `np.ma` is not worth importing
         values = np.ma.filled(values.astype(np.float64), np.nan)
     array = np.array(values, dtype=np.float64, order="C")
     array.setflags(write=False)
@@ -46,7 +46,7 @@ def frozen_array(values: VectorLike | FloatArray | Sequence[VectorLike]) -> Floa
 
 def settled(values: VectorLike | FloatArray) -> FloatArray:
     """Return `values` as `frozen_array` does, without a copy where nobody can change them any more."""
-    if isinstance(values, np.ndarray):
+    if type(values) is np.ndarray:
         flags = values.flags
         if not flags.writeable and flags.c_contiguous and values.base is None and values.dtype == np.float64:
             return values
