@@ -213,6 +213,8 @@ def test_people_who_share_an_id_of_any_type_are_told_apart():
         ({"time": "now"}, "time is now"),
         ({"time": 10**400}, "time is 1000"),
         ({"people": [("a", 2.0, 0.1)]}, "there is a tuple among people, not a PersonObservation"),
+        ({"people": sidestep.PersonObservation(id="a", position=[2.0, 0.1])}, "people is one PersonObservation, not a"),
+        ({"people": 3}, "people is one int, not a list of"),
         ({"people": [sidestep.PersonObservation(id=[1], position=[2.0, 0.1])]}, "the id of a person is a list"),
         ({"robot": sidestep.RobotState(position=[[0.0, 0.0]], heading=0.0)}, "robot position has the shape (1, 2)"),
         ({"robot": sidestep.RobotState(position=[0.0, 0.0], heading="north")}, "robot heading is north"),
@@ -225,6 +227,13 @@ def test_what_is_told_in_another_way_than_is_asked_for_stops_the_robot_in_plain_
     assert plan.status == "stopped"
     assert plan.reason.startswith(words), plan.reason
     assert planner.step(time=1.0, robot=here, people=[]).status == "certified"
+
+
+def test_people_may_come_in_an_array():
+    """Of more than one its truth is ambiguous: the robot stopped for an internal error."""
+    planner = sidestep.Planner(robot=sidestep.Holonomic(), goal=(4.0, 0.0))
+    people = np.array([sidestep.PersonObservation(id=n, position=[2.0, n]) for n in (1, 2)], dtype=object)
+    assert planner.step(time=0.0, robot=HERE, people=people).people.keys() == {1, 2}
 
 
 def test_what_is_masked_is_not_known():

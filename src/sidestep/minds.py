@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -47,6 +47,7 @@ def met(
             somebody is told of in another way than is asked for.
     """
     present: dict[str, Mind] = {}
+    _check_many(people)
     for seen in people:
         _check_kind(seen)
         name = seen.id
@@ -80,6 +81,12 @@ def met(
 def coordinates_of(vector: Vector) -> str:
     """Say how many coordinates a place has that has not as many as it should."""
     return f"{vector.size} coordinates" if vector.ndim < 2 else f"the shape {vector.shape}"
+
+
+def _check_many(people: object) -> None:
+    """Raise `Unplaceable` unless these are several."""
+    if not isinstance(people, Iterable):
+        raise Unplaceable(f"people is one {type(people).__name__}, not a list of PersonObservation")
 
 
 def _check_kind(seen: object) -> None:

@@ -235,7 +235,7 @@ class Planner:
         try:
             self._minds = minds.met(
                 self._minds,
-                people or (),
+                () if people is None else people,
                 time,
                 model=self.human,
                 dimension=self.goal.size,
