@@ -176,6 +176,26 @@ def test_a_wanted_velocity_that_is_none_counts_as_standing(velocity):
     told = SafetyFilter(planner).filter(velocity, time=0.0, robot=RobotState(position=[0.0, 0.0]), people=[])
     assert not told.velocity.any()
     assert not told.interfered
+    assert told.reason.startswith("what was wanted is not 2 finite numbers and counts as standing, let through: every")
+
+
+class Tensor:
+    """What a learned policy answers with: neither a sequence nor an array of numpy."""
+
+    def __init__(self, values):
+        self.values = values
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.values, dtype=dtype)
+
+
+def test_a_wanted_velocity_may_be_an_array_of_any_kind():
+    """It counted as standing, without a word."""
+    screen = SafetyFilter(Planner(robot=Holonomic(), goal=(4.0, 0.0)))
+    for velocity in (Tensor([0.5, 0.0]), np.array([0.5, 0.0], dtype=np.float32), [np.array(0.5), np.array(0.0)]):
+        told = screen.filter(velocity, time=0.0, robot=RobotState(position=[0.0, 0.0]), people=[])
+        assert told.velocity.tolist() == [0.5, 0.0]
+        assert told.reason.startswith("let through")
 
 
 def test_of_many_names_a_message_lists_some_and_suggests_the_nearest():

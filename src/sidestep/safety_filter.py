@@ -57,16 +57,21 @@ class SafetyFilter:
         """Return `velocity` if a certified plan can begin with it, else the nearest that can. Never raises.
 
         Args:
-            velocity: (d,) m/s wanted, of the point that planning moves. What is not finite counts as zero.
+            velocity: (d,) m/s wanted, of the point that planning moves. What is not that counts as zero, and `reason`
+                says so.
             time: s; robot: as measured; people: seen now, [] for nobody, None for no data.
         """
-        wanted = np.array(numbers_in(velocity))
-        if wanted.size != self.planner.goal.size:
-            wanted = np.zeros_like(self.planner.goal)
+        d = self.planner.goal.size
+        wanted = np.array(_numbers(velocity))
+        understood = wanted.size == d
+        if not understood:
+            wanted = np.zeros(d)
         plan = self.planner.step(time=time, robot=robot, people=people, wish=wanted)
         change = float(np.linalg.norm(plan.velocity - self.planner.robot.limited(wanted)))
         interfered = change > _SAME
         told = f"changed by {change:.2f} m/s" if interfered else "let through"
+        if not understood:
+            told = f"what was wanted is not {d} finite numbers and counts as standing, {told}"
         return Filtered(
             velocity=plan.velocity,
             command=plan.command,
@@ -78,3 +83,11 @@ class SafetyFilter:
     def reset(self) -> None:
         """Forget everybody."""
         self.planner.reset()
+
+
+def _numbers(velocity: object) -> tuple[float, ...]:
+    """The numbers of a sequence or an array of any kind, () where it is none: a policy may answer with a tensor."""
+    try:
+        return numbers_in(velocity) or numbers_in(np.asarray(velocity))
+    except Exception:  # of whoever made it; the robot must not be left with an old command
+        return ()
