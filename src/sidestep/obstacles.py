@@ -5,7 +5,8 @@
     walls.distance((2.0, 0.1))                    # −0.1 m: inside a wall
     walls.segment_free((2, 1), (2, -1), margin=0) # False: the way crosses a wall
 
-Walls are flat and reach to the sky: in 3-D the first two coordinates count. On a line there are none.
+Walls are flat and reach to the sky: in 3-D the first two coordinates count, and there is neither floor nor ceiling.
+On a line there are none.
 """
 
 from __future__ import annotations
