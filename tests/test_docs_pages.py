@@ -118,6 +118,8 @@ def test_every_field_of_a_scenario_has_a_meaning_on_its_page():
     from scenario_page import TABLES, scenario_page
 
     page = scenario_page()
+    assert '`"none"`' in page  # in words that a file may hold
+    assert "≤ 1e+09" not in page
     assert not re.findall(r"^\| `\w+` \|[^|]*\| *\|$", page, re.MULTILINE)
     for _, _, model in TABLES:
         names = getattr(model, "model_fields", None) or [f.name for f in dataclasses.fields(model)]

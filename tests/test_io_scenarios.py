@@ -138,6 +138,13 @@ def test_changes_take_toml_values_words_and_none():
         ("description.x.y=1", "description is a single value"),
         ("seed.x=1", "seed: got {'x': 1}; allowed: an integer"),
         ("planner.risk_limit=2", "planner.risk_limit"),
+        ("people.0.start=[1e308, 0]", "people.0.start.0: got 1e+308; allowed: ≤ 1000000000"),
+        ("measurement.position_noise=1e300", "measurement.position_noise: got 1e+300"),
+        ("measurement.velocity_window=1e300", "measurement.velocity_window: got 1e+300"),
+        ("control_step=1e-12", "control_step: got 1e-12; allowed: ≥ 0.001"),
+        ("planning_period=1e-12", "planning_period: got 1e-12"),
+        ("people.².speed=1", "people.²: got '²'; allowed: 0 to 0"),
+        ("human.habits.scale=[1, 2]", "did you mean 'scales'"),
     ],
 )
 def test_each_wrong_change_gives_one_line(change, words):

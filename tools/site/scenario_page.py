@@ -27,6 +27,7 @@ from sidestep.simulation.settings import (
     RecordingSettings,
     RobotSettings,
 )
+from sidestep.types import LARGEST
 
 Row = tuple[str, str, str, str, str]
 """Name, type, allowed, default, meaning."""
@@ -52,8 +53,8 @@ def scenario_page() -> str:
         "A scenario is a TOML file that holds every number of a run, the seed included. This page is made from the "
         "models that check the files: names, types, ranges and defaults are those of the code. A misspelt name or a "
         "value out of range is refused with one line that names the field, the value and what is allowed.",
-        "`none` cannot be written in TOML: leave the field out. `sidestep run NAME --set robot.max_speed=0.5` changes "
-        "one field for one run.",
+        'Where `none` is allowed, write `"none"`. Numbers are at most 10⁹ in size where nothing smaller is said. '
+        "`sidestep run NAME --set robot.max_speed=0.5` changes one field for one run.",
     ]
     for title, lead, model in TABLES:
         parts.append(f"## {_escaped(title)}")
@@ -101,8 +102,8 @@ def _bounds(metadata: list[Any]) -> str:
     words: list[str] = []
     for entry in metadata:
         for kind, sign in ((annotated_types.Gt, ">"), (annotated_types.Ge, "≥"), (annotated_types.Le, "≤")):
-            if isinstance(entry, kind):
-                words.append(f"{sign} {getattr(entry, kind.__name__.lower()):g}")
+            if isinstance(entry, kind) and abs(bound := getattr(entry, kind.__name__.lower())) < LARGEST:
+                words.append(f"{sign} {bound:g}")
     return " and ".join(dict.fromkeys(words))
 
 

@@ -221,7 +221,7 @@ def _counts(text: str) -> dict[str, int]:
     counts: dict[str, int] = {}
     for part in filter(None, text.split(",")):
         name, _, count = part.partition("=")
-        if not count.isdigit():
+        if not count.isdecimal():
             raise InvalidInput("fewer", part, "NAME=COUNT, COUNT an integer ≥ 1")
         counts[name] = int(count)
     return counts

@@ -143,7 +143,7 @@ def _entered(place: Any, name: str, field: str) -> Any:
 
 
 def _index(entries: Sequence[Any], name: str, field: str) -> int:
-    if not name.isdigit() or int(name) >= len(entries):
+    if not name.isdecimal() or int(name) >= len(entries):
         raise InvalidInput(field, name, f"0 to {len(entries) - 1}" if entries else "nothing: the list is empty")
     return int(name)
 

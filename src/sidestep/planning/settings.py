@@ -8,6 +8,9 @@ from typing import ClassVar
 from sidestep.checks import FARTHEST, WIDEST, Checks
 from sidestep.types import GoalCost, RiskRule
 
+LONGEST_STEP = 100.0
+"""s; what is begun is looked at in slices of 0.05 s."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannerSettings:
@@ -18,7 +21,7 @@ class PlannerSettings:
     paper's rule). `first_step_limit` bounds what matters until the next call.
 
     Attributes:
-        time_step: s, ΔT between planned positions (> 0).
+        time_step: s, ΔT between planned positions (> 0, ≤ 100).
         horizon: steps, N_R, from 1 to 100 (in the plane; then a step takes seconds, and a gigabyte).
         risk_rule: "mass": P(a person within `clearance`) ≤ P_th at every step; "cells": stay `clearance` away from
             every cell with P ≥ P_th (the paper's Section IV); "trajectory": the sum over the horizon ≤ P_th.
@@ -80,7 +83,8 @@ class PlannerSettings:
 
     def __post_init__(self) -> None:
         check = Checks(self, "planner")
-        check.numbers("time_step", "timeout", above=0.0, unit="s")
+        check.numbers("time_step", above=0.0, most=LONGEST_STEP, unit="s")
+        check.numbers("timeout", above=0.0, unit="s")
         check.integers("horizon", least=1, most=FARTHEST)
         check.integers("rounds", least=1, most=100)
         check.integers("threads", least=1, most=256)

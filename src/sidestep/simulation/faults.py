@@ -6,7 +6,7 @@ import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from typing import Any, get_args
+from typing import Any, get_args, get_type_hints
 
 from pydantic import BaseModel, ValidationError
 
@@ -106,7 +106,8 @@ def _fields(table: Any) -> Mapping[str, Any]:
     if isinstance(table, type) and issubclass(table, BaseModel):
         return {name: info.annotation for name, info in table.model_fields.items()}
     if is_dataclass(table):
-        return {field.name: field.type for field in fields(table)}
+        hints = get_type_hints(table)
+        return {field.name: hints[field.name] for field in fields(table)}
     return {}
 
 

@@ -17,6 +17,7 @@ from sidestep.simulation.faults import one_line
 from sidestep.simulation.settings import (
     HumanTable,
     MeasurementSettings,
+    Period,
     PersonSettings,
     PlannerTable,
     Point,
@@ -53,8 +54,8 @@ class Scenario(Settings):
     description: str = ""
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     duration: Positive = 40.0
-    planning_period: Positive | None = None
-    control_step: Positive | None = None
+    planning_period: Period | None = None
+    control_step: Period | None = None
     stop_at_goal: bool = True
     robot: RobotSettings
     robots: tuple[RobotSettings, ...] = ()

@@ -12,7 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from sidestep.errors import InvalidInput
 from sidestep.human.model import HumanModel
 from sidestep.planning.settings import PlannerSettings
-from sidestep.types import Shape
+from sidestep.types import LARGEST, Shape
 
 
 def _without_truths(kind: type[Any], place: str, table: Any) -> Any:
@@ -46,10 +46,14 @@ def without_none(value: Any) -> Any:
     return None if value == NONE else value
 
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; `true` and "3" are not numbers."""
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Number = Annotated[Finite, Field(ge=-LARGEST, le=LARGEST)]
+"""A number that can be counted with: its square is finite, too."""
+Positive = Annotated[Finite, Field(gt=0, le=LARGEST)]
+NotNegative = Annotated[Finite, Field(ge=0, le=LARGEST)]
+Period = Annotated[Finite, Field(ge=0.001, le=LARGEST)]
+"""s; more than a thousand steps per second of a run would never end."""
 Probability = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 Point = Annotated[tuple[Number, ...], Field(min_length=1, max_length=3)]
 """(d,) m; d = 1, 2 or 3."""
@@ -167,7 +171,7 @@ class MeasurementSettings(Settings):
 
     position_noise: NotNegative = 0.0
     dropout: Probability = 0.0
-    velocity_window: Positive | None = None
+    velocity_window: Annotated[Finite, Field(gt=0, le=60)] | None = None
     velocity: bool = True
     range: Positive | None = None
     occlusion: bool = False
@@ -186,6 +190,6 @@ class RecordingSettings(Settings):
 
     file: str
     scene: str
-    start: Number
+    start: Finite
     kinds: tuple[str, ...] = ("ped",)
     radius: Positive | None = None
