@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -90,6 +91,16 @@ def test_an_interruption_is_told_in_one_line(capsys, monkeypatch):
     out, err = capsys.readouterr()
     assert out == ""
     assert err == "sidestep: interrupted\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux only")
+@pytest.mark.parametrize("arguments", [["scenarios", "crossing"], ["scenarios", "--json"], ["--version"]])
+def test_output_on_a_full_disk_is_told_in_one_line(arguments):
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "sidestep", *arguments]
+        told = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert told.stderr == "sidestep: output: cannot be written (No space left on device)\n"
+    assert told.returncode == 2
 
 
 def test_scenarios_are_listed_and_printed(capsys):

@@ -9,6 +9,7 @@ Exit status: 0 success, 2 bad input (one line on stderr), 1 a failure of ours, 1
 from __future__ import annotations
 
 import difflib
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -38,6 +39,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
 """Name → (module:function, one line of help), in the order of the overview."""
 
 BAD_INPUT, FAILURE, INTERRUPTED = 2, 1, 130
+_UNHEARD = (errno.EPIPE, errno.ENOSPC, errno.EDQUOT)
+"""What our output meets where nobody reads it, or the disk is full."""
 
 
 def main() -> None:
@@ -54,9 +57,12 @@ def execute(argv: Sequence[str]) -> int:
     except KeyboardInterrupt:
         _complain("interrupted")
         return INTERRUPTED
-    except BrokenPipeError:  # the reader of our output has gone, as in `sidestep scenarios | head -1`
+    except OSError as error:
+        if error.errno not in _UNHEARD:
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing left to complain when Python exits
-        return 0
+        # where the reader of our output has gone, as in `sidestep scenarios | head -1`, nothing is wrong
+        return 0 if error.errno == errno.EPIPE else _complain(f"output: cannot be written ({error.strerror})")
 
 
 def _executed(arguments: list[str]) -> int:
@@ -110,10 +116,10 @@ def _call(arguments: list[str]) -> int:
     except SidestepError as error:
         _complain(str(error))
         return FAILURE
-    except BrokenPipeError:
-        raise
-    except Exception:  # a failure of ours: everything that helps to find it
-        import traceback
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno in _UNHEARD:
+            raise
+        import traceback  # a failure of ours: everything that helps to find it
 
         traceback.print_exc()
         _complain(f"this is a fault of sidestep's own; please report it with the lines above (command: {name})")
