@@ -246,7 +246,11 @@ def test_a_name_is_no_scenario_and_it_says_what_reads_one():
         simulate("crossing")
 
 
-@pytest.mark.parametrize("value", ["x", (1.0, "a"), {1: 2.0}, [(1.0, 2.0), (3.0,)], (10**400, 0.0), object()], ids=repr)
+@pytest.mark.parametrize(
+    "value",
+    ["x", (1.0, "a"), {1: 2.0}, [(1.0, 2.0), (3.0,)], (10**400, 0.0), object()],
+    ids=["word", "mixed", "table", "ragged", "huge", "anything"],
+)
 @pytest.mark.parametrize(
     ("make", "field"),
     [
