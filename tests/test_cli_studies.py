@@ -162,12 +162,14 @@ def test_the_cluster_that_was_named_does_the_work(
         ),
         (["study", "goals", "--address", "10.0.0.1:6379", "--out", "OUT"], "only together with the engine ray"),
         (["reproduce", "--claims", "IV-A-shortr", "--out", "OUT"], "IV-A-shorter"),
+        (["evaluate", "--fewer", "orca=²", "--out", "OUT"], "NAME=COUNT"),
+        (["fit", "no.csv", "--most", "-1", "--out", "OUT/human.toml"], "--most: got -1; allowed: an integer ≥ 0"),
     ],
 )
 def test_a_misspelt_name_is_one_line_with_the_nearest(
     arguments: list[str], names: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert execute([str(tmp_path) if a == "OUT" else a for a in arguments]) == BAD_INPUT
+    assert execute([a.replace("OUT", str(tmp_path)) for a in arguments]) == BAD_INPUT
     message = capsys.readouterr().err.strip()
     assert names in message
     assert "\n" not in message

@@ -168,6 +168,11 @@ def test_the_software_and_its_methods_can_be_cited(capsys):
     entries = capsys.readouterr().out.split("\n\n")
     assert len(entries) >= 8
     assert all(entry.count("{") == entry.count("}") and entry.startswith("@") for entry in entries)
+    everything = "\n\n".join(entries)
+    assert execute(["cite", "method", "all"]) == 0
+    assert capsys.readouterr().out == everything
+    assert execute(["cite", "orca", "orca"]) == 0
+    assert capsys.readouterr().out.count("@") == 1
     assert execute(["cite", "orcaa"]) == 2
     assert "did you mean 'orca'" in capsys.readouterr().err
 

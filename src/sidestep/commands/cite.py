@@ -18,14 +18,12 @@ def cite(*names: str, json: Annotated[bool, Parameter(negative="")] = False) -> 
         names: any of: sidestep method orca hrvo hl social-force leg-tracking eth ucy; "all" is all of them.
         json: print one JSON object, name → BibTeX.
     """
+    from sidestep.checks import one_of
     from sidestep.commands.console import emit_json, show
-    from sidestep.errors import UnknownName
 
     known = entries()
-    wanted = tuple(known) if names == ("all",) else names or DEFAULT
-    for name in wanted:
-        if name not in known:
-            raise UnknownName("cite", name, [*known, "all"])
+    one_of("cite", names, [*known, "all"])
+    wanted = tuple(known if "all" in names else dict.fromkeys(names or DEFAULT))
     if json:
         emit_json({name: known[name] for name in wanted})
     else:

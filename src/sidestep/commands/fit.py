@@ -93,6 +93,8 @@ def make(
     ready_for(out)
     if not 0.0 < every <= LARGEST:
         raise InvalidInput("--every", every, "a finite number > 0 (s)")
+    if most < 0:
+        raise InvalidInput("--most", most, "an integer ≥ 0")
     every_scene = read_recordings(tracks)
     one_of("--without", without, every_scene)
     recordings = {k: r for k, r in every_scene.items() if k not in without}
