@@ -67,6 +67,19 @@ def test_every_kind_of_record_is_drawn_with_units_and_inside_the_figure(kind, ca
             assert text.get_fontsize() >= 9, text.get_text()
 
 
+def test_the_robot_is_in_every_panel_however_far_away_the_nearest_person_is():
+    """The panel was centred between the two, and neither was in it."""
+    record = made_record()
+    far = replace(record, people_positions=record.robot_positions[:, None] + np.array([11.0, 3.0]))
+    shown = [axes for axes in run_figure(far).axes if axes.get_title(loc="left").startswith("seen at")]
+    assert len(shown) == 4
+    for axes, step in zip(shown, chosen_steps(far), strict=True):
+        (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+        x, y = record.robot_positions[step]
+        assert left + 0.3 < x < right - 0.3
+        assert low + 0.3 < y < high - 0.3
+
+
 def test_a_figure_is_written_whole_and_large_enough(tmp_path):
     path = save_figure(run_figure(made_record()), tmp_path / "run.png")
     with Image.open(path) as opened:

@@ -70,7 +70,10 @@ def draw_prediction(axes: Axes, record: Record, step: int, plane: Plane = (0, 1)
 
 
 def frame_predictions(panels: Sequence[Axes], record: Record, steps: Sequence[int], plane: Plane = (0, 1)) -> None:
-    """Give all panels one scale, each centred on the robot, its plan, and the nearest person at that step."""
+    """Give all panels one scale, each centred on the robot, its plan, and the nearest person at that step.
+
+    Where these are too far apart for one panel, the robot is in it.
+    """
     boxes: list[tuple[FloatArray, FloatArray]] = []
     _, gaps = distances(record)
     for step in steps:
@@ -79,9 +82,11 @@ def frame_predictions(panels: Sequence[Axes], record: Record, steps: Sequence[in
         points += [record.people_positions[step, near][None]] if near is not None else []
         flat = np.concatenate(points)[:, list(plane)]
         boxes.append((np.nanmin(flat, axis=0), np.nanmax(flat, axis=0)))
-    half = 0.9 + min(max(float((high - low).max()) / 2 for low, high in boxes), 4.0)
-    for axes, (low, high) in zip(panels, boxes, strict=True):
-        x, y = (float(c) for c in (low + high) / 2)
+    reach = min(max(float((high - low).max()) / 2 for low, high in boxes), 4.0)
+    half = 0.9 + reach
+    for axes, step, (low, high) in zip(panels, steps, boxes, strict=True):
+        robot = record.robot_positions[step, list(plane)]
+        x, y = (float(c) for c in np.clip((low + high) / 2, robot - reach, robot + reach))
         axes.set_xlim(x - half, x + half)
         axes.set_ylim(y - half, y + half)
         axes.set_aspect("equal")
