@@ -82,6 +82,19 @@ def test_first_contacts_with_several_people_add_up_to_a_probability() -> None:
     np.testing.assert_allclose(alone.collision_probability, told, atol=1e-15)
 
 
+def test_under_the_rule_trajectory_the_risk_told_is_the_one_whose_sum_is_limited() -> None:
+    robot = sidestep.RobotState(position=(0.0, 0.0))
+    settings = {"risk_rule": "trajectory", "horizon": 8, "time_step": 0.3, "goal": (4.0, 0.0)}
+    plan = planner(**settings).step(time=0.0, robot=robot, people=[person(1.1, 0.3, velocity=(0.0, 0.0))])
+    assert plan.status == "certified"
+    assert 0.5 * plan.risk_limit < plan.risk.sum() <= plan.risk_limit * (1.0 + 1e-6)
+    assert f"summed risk {plan.risk.sum():.2g} of 0.05" in plan.reason
+    unsure = planner(**settings).step(time=0.0, robot=robot, people=[person(1.0, 0.0)])
+    assert unsure.status == "least_risk"
+    assert unsure.risk.sum() > unsure.risk_limit
+    assert unsure.reason.endswith(f"taking the least risk, summed {unsure.risk.sum():.2g}")
+
+
 def test_a_differential_drive_takes_speed_and_turn_rate() -> None:
     base = sidestep.DifferentialDrive(max_speed=0.7, max_turn_rate=1.5, radius=0.18)
     state = sidestep.RobotState(position=(0.0, -5.0), heading=np.pi / 2)

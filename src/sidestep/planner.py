@@ -325,7 +325,9 @@ class Planner:
         velocities = (outcome.path[1:] - outcome.path[:-1]) / settings.time_step
         inertia = now.inertia
         asked = velocities[0] if inertia is None else inertia.asked(velocities[:1])[0]
-        risk = np.maximum(outcome.risk[0::2], outcome.risk[1::2])
+        risk = outcome.risk[1::2]
+        if settings.risk_rule != "trajectory":  # which sums up whole instants
+            risk = np.maximum(outcome.risk[0::2], risk)
         wary = [s.mind for s in seen.near if s.mind.belief.concerned < (settings.signal_belief or 0.0)]
         return Plan(
             time=now.time,

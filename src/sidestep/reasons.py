@@ -10,22 +10,23 @@ from sidestep.types import FloatArray
 
 
 def reason_of(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
-    """Say what was found in this situation; `risk` (N,) is the largest that the rule limits, step by step."""
+    """Say what was found in this situation; `risk` (N,) is what the rule limits, step by step."""
     return _of_status(outcome, now, risk) + (now.remark or _too_narrow(now, outcome) or _short_of_the_goal(now))
 
 
 def _of_status(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
     settings, near = now.settings, len(outcome.foreseen.near)
     whom = "nobody" if near == 0 else "1 person" if near == 1 else f"{near} people"
-    worst = max(risk.tolist())
+    summed, each = settings.risk_rule == "trajectory", risk.tolist()
+    word, worst = ("summed", sum(each)) if summed else ("highest", max(each))
     if outcome.status == "certified":
-        return f"every limit holds with {whom} in reach; highest risk {worst:.2g} of {settings.risk_limit:g}"
+        return f"every limit holds with {whom} in reach; {word} risk {worst:.2g} of {settings.risk_limit:g}"
     if not outcome.stoppable:
-        return f"with {whom} in reach no motion leaves a safe stop; taking the least risk, highest {worst:.2g}"
+        return f"with {whom} in reach no motion leaves a safe stop; taking the least risk, {word} {worst:.2g}"
     steps = now.recourse_steps
     if steps is not None and float(risk[:steps].max()) <= settings.risk_limit:
         return f"with {whom} in reach limits hold for now, not to the end; going on, highest risk {worst:.2g}"
-    return f"no plan keeps every limit with {whom} in reach; taking the least risk, highest {worst:.2g}"
+    return f"no plan keeps every limit with {whom} in reach; taking the least risk, {word} {worst:.2g}"
 
 
 def _too_narrow(now: Situation, outcome: Outcome) -> str:

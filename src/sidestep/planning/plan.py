@@ -69,7 +69,8 @@ class Plan:
         velocities: (N, d) m/s, means over each step.
         collision_probability: (N,) P_coll(k|t), k = 1..N, of a first contact with anybody (the sum is that of any),
             recomputed under the prediction that this plan induces.
-        risk: (N,) what the risk rule limits, at k = 1..N ("mass": P(a person within clearance), mid-steps too).
+        risk: (N,) what the risk rule limits, at k = 1..N ("mass": P(a person within clearance), mid-steps too;
+            "trajectory": the same without mid-steps, whose sum is limited).
         risk_limit: P_th of the rule.
         status: "certified", "least_risk" or "stopped".
         reason: one line of plain words for the status.
