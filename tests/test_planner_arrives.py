@@ -226,3 +226,13 @@ def test_a_goal_so_near_to_a_wall_that_the_robot_stays_short_of_it_is_told(room,
     trip = Trip(Planner(robot=robot, goal=(3.0 - room, 0.0), obstacles=wall), within=0.05).run(8.0)
     assert trip.arrived != said, trip
     assert ("walls keep the robot 0.3" in trip.plan.reason) == said
+
+
+@pytest.mark.parametrize(("speed", "weight"), [(2.0, 0.05), (2.0, 0.2), (2.0, 1.0), (1.0, 1.0)])
+def test_whatever_changing_the_velocity_costs_it_stops_at_its_goal(speed, weight):
+    goal = np.array([2.2, 1.0])
+    planner = Planner(robot=Holonomic(max_speed=speed), goal=goal, time_step=0.2, acceleration_weight=weight)
+    trip = Trip(planner, period=0.1, within=0.0).run(6.0)
+    beyond = (np.array(trip.path) - goal) @ goal / np.linalg.norm(goal)
+    assert beyond.max() < 0.2, trip
+    assert np.linalg.norm(trip.state.position - goal) < 0.1, trip

@@ -230,7 +230,18 @@ class Situation:
         weight = self.settings.acceleration_weight
         if self.velocity is None or weight == 0.0:
             return None, 0.0
+        weight = min(weight, self._stopping_weight(self.velocity))
         return self.velocity, weight / self.around.interval  # ∫‖a‖² dt of a steady change until the next call
+
+    def _stopping_weight(self, velocity: Vector) -> float:
+        """m²/s³, price of acceleration at which the way to the goal is long enough to stop from `velocity` (d,) m/s.
+
+        Only the change until the next call has a price. A plan brakes free of charge after it, so that being beyond the
+        goal costs no more than a step there. That pays for an acceleration of (slope of the goal cost)·ΔT / (2·price).
+        """
+        s, way, pace = self.settings, self.distance(self.start), float(velocity @ velocity)
+        slope = float(np.max(s.goal_weight)) * (2.0 * way if s.goal_cost == "squared" else 1.0)
+        return slope * s.time_step * way / pace if pace > 0.0 else math.inf
 
     def distance(self, place: Vector) -> float:
         """Return m from `place` to the goal, around walls and people who stand."""
