@@ -53,7 +53,9 @@ class World:
             velocity = None if fault < 0.3 else self.velocity[i]
             if 0.3 < fault < 0.33:
                 velocity = np.array([np.inf, np.nan])
-            out.append(sidestep.PersonObservation(id=i, position=position, velocity=velocity))
+            ages = [0.0, 0.3, self.rng.uniform(), 5.0, -1.0, np.nan]
+            age = float(self.rng.choice(ages, p=[0.6, 0.2, 0.14, 0.02, 0.02, 0.02]))
+            out.append(sidestep.PersonObservation(id=i, position=position, velocity=velocity, age=age))
             if fault > 0.97:
                 out.append(out[-1])  # twice
         return out

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -93,6 +94,10 @@ class Faults(RuleBasedStateMachine):
     @rule()
     def observations_come_late(self):
         self.call(self.before)
+
+    @rule(age=st.floats(0.0, 1.5) | st.sampled_from([np.nan, np.inf, -np.inf]))
+    def observations_come_late_and_say_so(self, age):
+        self.call([replace(seen, age=age) for seen in self.before])
 
     @rule(dt=st.sampled_from([0.0, 1e-9, 7.0]))
     def time_stalls_or_jumps(self, dt):
