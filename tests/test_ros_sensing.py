@@ -60,6 +60,32 @@ def test_names_that_come_with_the_message_are_kept():
     assert eyes.now(0.1)[0].position[0] > 0.2
 
 
+@pytest.mark.parametrize("noise", [0.03, 0.1, 0.2])
+@pytest.mark.parametrize("rate", [10.0, 30.0])
+@pytest.mark.parametrize("jump", [2.0, 6.0])
+def test_who_bears_the_name_of_somebody_elsewhere_is_where_they_are(noise, rate, jump):
+    """They were a metre and more from there, half-way from the other, and as fast as nobody is."""
+    eyes = MeasuredPeople(noise=noise, memory=1.0)
+    for k in range(40):
+        time, away = k / rate, jump if k >= 20 else 0.0
+        eyes.people(seen(time, [[time, away], [time, jump - away]], ("a", "b")), Pose2(), time)
+        told = {p.id: p for p in eyes.now(time)}
+        assert list(told) == ["a", "b"]
+        assert np.hypot(*(told["a"].position - (time, away))) < 0.15
+        assert np.hypot(*(told["b"].position - (time, jump - away))) < 0.15
+        assert max(np.hypot(*p.velocity) for p in told.values()) < 1.5
+
+
+def test_who_runs_or_was_not_seen_for_a_while_is_still_the_same():
+    eyes = MeasuredPeople(noise=0.05, memory=1.0)
+    for time in [*np.arange(0.0, 2.0, 0.1), *np.arange(2.8, 4.0, 0.1)]:
+        place = [2.5 * time, 0.0] if time < 2.0 else [5.0, 2.5 * (time - 2.0)]  # turns while nobody sees it
+        eyes.people(seen(time, [place], ("a",)), Pose2(), time)
+        (told,) = eyes.now(time)
+        if time > 0.5:
+            assert np.hypot(*told.velocity) > 1.0  # whoever is new stands at first
+
+
 def test_whoever_is_not_in_the_latest_message_is_not_there():
     eyes = MeasuredPeople(noise=0.02, memory=1.0)
     eyes.people(seen(0.0, [[0, 0], [5, 5]]), Pose2(), 0.0)

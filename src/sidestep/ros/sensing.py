@@ -21,6 +21,7 @@ from sidestep.types import FloatArray, IntArray
 _AGILITY = 1.0  # m²/s³, how fast a walking velocity changes
 _FIRST_SPEED = 1.0  # m/s, standard deviation of the velocity of someone new
 _FARTHEST = 0.8  # m between where someone was expected and where they may be found again
+_FASTEST = 3.0  # m/s, by which nobody strays from there for as long as they were not seen
 
 
 class ScannedPeople:
@@ -98,7 +99,7 @@ class MeasuredPeople:
             tracks.predict(time - self._time, _AGILITY)
             tracks.unseen = tracks.unseen + (time - self._time)
         self._time = time
-        rows = self._expected(positions) if people.ids is None else self._called(people.ids)
+        rows = self._expected(positions) if people.ids is None else self._called(people.ids, positions)
         old = rows >= 0
         count = int(old.sum())
         tracks.correct(rows[old], positions[old], np.full(count, self._variance), np.zeros(count))
@@ -125,10 +126,16 @@ class MeasuredPeople:
             for row in np.flatnonzero(later.unseen == 0.0)
         ]
 
-    def _called(self, names: tuple[str, ...]) -> IntArray:
-        """(P,) rows of those with these names, −1 for the new."""
-        rows = {self._names[n]: row for row, n in enumerate(self._tracks.number.tolist())}
-        return np.array([rows.get(name, -1) for name in names], dtype=np.int64)
+    def _called(self, names: tuple[str, ...], positions: FloatArray) -> IntArray:
+        """(P,) rows of those with these names, −1 for the new: who is where nobody could have walked to is another."""
+        tracks = self._tracks
+        numbered = {self._names[n]: row for row, n in enumerate(tracks.number.tolist())}
+        rows = np.array([numbered.get(name, -1) for name in names], dtype=np.int64)
+        known = np.flatnonzero(rows >= 0)
+        apart = np.linalg.norm(tracks.position[rows[known]] - positions[known], axis=1)
+        reach = _FARTHEST + 3.0 * math.sqrt(self._variance) + _FASTEST * tracks.unseen[rows[known]]
+        rows[known[apart > reach]] = -1
+        return rows
 
     def _expected(self, positions: FloatArray) -> IntArray:
         """(P,) rows of those who were expected there, −1 for the new."""
