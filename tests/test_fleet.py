@@ -144,6 +144,19 @@ def test_robots_that_cannot_stop_at_once_reckon_with_each_others_ways_to_a_stop(
         assert numbers.robot_min_distance >= 0.6
 
 
+def test_a_base_with_two_wheels_does_not_swing_its_axle_into_another_robot():
+    """Of a certified plan only the point was known to come to stand clear: drawn backwards, the axle swung into it."""
+    robot, other, velocity = BASES["two wheels, limited acceleration"], np.array([0.5021, 0.5997]), (0.6637, -0.6093)
+    planner = FleetPlanner(robot=robot, goal=(1.991, -1.828), horizon=5)
+    for time in (0.0, 0.2):
+        here = sidestep.RobotState(position=(time - 0.2) * np.array(velocity), heading=-3.103, velocity=velocity)
+        planner.announce([Announced(path=[other, other], radius=0.2, settled=True)])
+        plan = planner.step(time=time, robot=here, people=[])
+    for asked in [plan.velocity] * 4 + [np.zeros(2)] * 40:
+        here = robot.follow(asked, here, 0.05)
+        assert np.linalg.norm(here.position - other) > 0.5
+
+
 def test_a_robot_that_rolls_on_is_given_the_way():
     """Whoever announces a stop is not where it stands yet."""
     planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)

@@ -32,8 +32,8 @@ from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.person_mass import PersonMass
-from sidestep.robots import RobotState
-from sidestep.robots.until_standing import slices, slid
+from sidestep.robots import DifferentialDrive, RobotState
+from sidestep.robots.until_standing import slices, slid, until_standing
 from sidestep.situation import STANDS, Situation
 from sidestep.types import LARGEST, FloatArray, Path, Vector, VectorLike, plausible
 
@@ -168,13 +168,18 @@ class AmongRobots(Situation):
     def collides(self, asked: Vector) -> bool:
         """Whether asking for (d,) m/s, and stopping then, comes nearer than allowed to what another robot may do."""
         velocity, braked = (None, None) if self.inertia is None else (self.inertia.velocity, self.inertia.acceleration)
-        own = slid(self.start, velocity, asked[None], self.around.interval, braked)[0]
+        interval = self.around.interval
+        ways = [(slid(self.start, velocity, asked[None], interval, braked)[0], self.robot.planning_radius)]
+        if (
+            isinstance(self.robot, DifferentialDrive) and braked is not None
+        ):  # whose axle swings out on its way to a stop
+            ways.append((until_standing(self.robot, self.state, asked[None], interval)[0], self.robot.radius))
         for other in self.others:
-            least = self.robot.planning_radius + other.radius + LEAST_MARGIN
-            for theirs in other.motions(self.settings.time_step, self.around.interval):
-                nearest = _nearest(own, theirs)
-                if nearest < min(least, math.dist(self.start, other.path[0]) - _SAME):
-                    return True
+            for theirs in other.motions(self.settings.time_step, interval):
+                for own, radius in ways:
+                    least = min(radius + other.radius + LEAST_MARGIN, math.dist(own[0], theirs[0]) - _SAME)
+                    if _nearest(own, theirs) < least:
+                        return True
         return False
 
     def _stands_too_near(self, other: Announced) -> bool:
