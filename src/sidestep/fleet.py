@@ -170,9 +170,8 @@ class AmongRobots(Situation):
         velocity, braked = (None, None) if self.inertia is None else (self.inertia.velocity, self.inertia.acceleration)
         interval = self.around.interval
         ways = [(slid(self.start, velocity, asked[None], interval, braked)[0], self.robot.planning_radius)]
-        if (
-            isinstance(self.robot, DifferentialDrive) and braked is not None
-        ):  # whose axle swings out on its way to a stop
+        swings = isinstance(self.robot, DifferentialDrive) and braked is not None  # its axle, on the way to a stop
+        if swings:
             ways.append((until_standing(self.robot, self.state, asked[None], interval)[0], self.robot.radius))
         for other in self.others:
             for theirs in other.motions(self.settings.time_step, interval):

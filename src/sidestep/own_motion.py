@@ -41,7 +41,9 @@ class OwnMotion:
         if self._robot.planning_acceleration is not None:
             return self._robot.reference_velocity(state)
         since, velocity = self._held if time == self._asked[0] else self._asked
-        return velocity if time - since <= self._timeout else None
+        if velocity is None or time - since > self._timeout:  # of a stop, `since` is whatever was told, a time or not
+            return None
+        return velocity
 
     def completed(self, time: float, measured: RobotState) -> RobotState:
         """Return the state with a velocity where one is needed: as measured, else reckoned since the last call.
