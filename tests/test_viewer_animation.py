@@ -62,6 +62,8 @@ def test_people_who_come_late_and_lonely_robots_are_filmed(tmp_path):
         ("run.gif", {"fps": 100}, "fps"),
         ("run.gif", {"speed": 0.0}, "speed"),
         ("run.gif", {"speed": float("nan")}, "speed"),
+        ("run.gif", {"speed": 1e-4}, "speed: got 0.0001; allowed: a number > 0 and ≥ .* for this run"),
+        ("run.gif", {"speed": 1e-300}, "speed"),
     ],
 )
 def test_wrong_wishes_are_named(name, options, field, tmp_path):

@@ -23,6 +23,9 @@ from sidestep.viewer.figure_series import draw_belief, draw_distance, draw_risk
 from sidestep.viewer.nearest import people_by_nearness
 from sidestep.viewer.video import ENCODERS
 
+MOST_PICTURES = 36_000
+"""Of a film: half an hour at 20 per second, which takes hours to draw."""
+
 
 def animate(record: Record, path: Path | str, *, fps: int = 20, speed: float = 1.0) -> Path:
     """Write the run as a film: `.mp4` (needs ffmpeg) or `.gif`. 3-D runs are seen from above, 1-D runs as a line.
@@ -31,7 +34,7 @@ def animate(record: Record, path: Path | str, *, fps: int = 20, speed: float = 1
         record: the run.
         path: file to write; its suffix chooses the format.
         fps: pictures per second (1 to 60).
-        speed: seconds of the run per second of film (> 0).
+        speed: seconds of the run per second of film (> 0; no more than `MOST_PICTURES` pictures).
 
     Raises:
         InvalidInput: suffix, fps or speed is not allowed.
@@ -43,8 +46,10 @@ def animate(record: Record, path: Path | str, *, fps: int = 20, speed: float = 1
         raise InvalidInput("path", str(path), "a file name that ends in " + " or ".join(ENCODERS))
     if not 1 <= fps <= 60:
         raise InvalidInput("fps", fps, "1 to 60 (pictures per second)")
-    if not (np.isfinite(speed) and speed > 0):
-        raise InvalidInput("speed", speed, "a number > 0")
+    duration = float(record.time[-1] - record.time[0])
+    if not (np.isfinite(speed) and speed > 0 and duration * fps <= MOST_PICTURES * speed):
+        least = f" and ≥ {duration * fps / MOST_PICTURES:.2g} for this run" if duration > 0 else ""
+        raise InvalidInput("speed", speed, f"a number > 0{least}: a film has at most {MOST_PICTURES} pictures")
     film = _Film(record if record.robot_goal.size > 1 else _on_a_line(record))
     times = np.arange(float(record.time[0]), float(record.time[-1]) + speed / fps / 2, speed / fps)
     ENCODERS[target.suffix](film.pictures(times), film.size, fps, target)
