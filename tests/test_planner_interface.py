@@ -136,6 +136,7 @@ def test_every_dimension(d: int) -> None:
         ({"goal_weight": -1.0}, "planner.goal_weight"),
         ({"goal_weight": (1.0, 1.0, 1.0)}, "planner.goal_weight"),
         ({"acceleration_weight": -0.1}, "planner.acceleration_weight"),
+        ({"terminal_weight": -0.1}, "planner.terminal_weight"),
         ({"risk_rule": "hope"}, "planner.risk_rule"),
         ({"horizn": 3}, "planner.horizn"),
     ],

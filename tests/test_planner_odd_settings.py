@@ -44,6 +44,7 @@ class Drawn:
             "goal_cost": self.of("squared", "distance"),
             "goal_weight": self.of(0.0, 1.0, weights),
             "effort_weight": self.of(0.0, 0.02, 5.0, weights),
+            "terminal_weight": self.of(0.0, 1.0, 50.0),
             "acceleration_weight": self.of(0.0, 0.05, 10.0),
             "soft_risk_weight": self.of(0.0, 6.0, 1000.0),
             "midway": self.of(False, True),

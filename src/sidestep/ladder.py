@@ -151,7 +151,7 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
     kept = onward.risk[: 2 * steps].max() <= now.settings.risk_limit
     if not kept or not np.isfinite(onward.problem.first_step_costs(first)[0]):
         return safe
-    return min(safe, onward, key=_price)
+    return min(safe, onward, key=lambda o: _price(o, replace(o.problem, graded=True)))
 
 
 def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
@@ -186,17 +186,17 @@ def _creeping(now: Situation, problem: PlanningProblem, found: SearchResult) -> 
 
 def _least_risk(now: Situation, view: View, best: Outcome | None) -> Outcome:
     """The cheapest of the graded plan, the last uncertified one, and standing; each judged under its own effect."""
-    graded = _motion(now, replace(view.problem, graded=True))
+    graded = _motion(now, view.problem.for_least_risk)
     outcomes = [] if best is None else [best]
     if graded is not None:
         outcomes.append(judged(now, graded, view))
         if outcomes[-1].status == "certified":
             return outcomes[-1]
     outcomes.append(judged(now, now.standing(), view))
-    return min(outcomes, key=_price)
+    return min(outcomes, key=lambda o: _price(o, o.problem.for_least_risk))
 
 
-def _price(outcome: Outcome) -> float:
+def _price(outcome: Outcome, graded: PlanningProblem) -> float:
     """What a motion costs where no risk is forbidden and all of it is charged."""
-    price = replace(outcome.problem, graded=True).cost(outcome.path, outcome.risk)
+    price = graded.cost(outcome.path, outcome.risk)
     return price if np.isfinite(price) else np.inf

@@ -35,6 +35,7 @@ STANDS = 0.25
 _AT_GOAL = 0.01  # m, within which there is no way left to give up
 _BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
 _PATIENCE = 4.0  # s of waiting, after which what stands about is taken to go on standing
+_SEVERAL = 3  # people near, from whom on the way beyond the horizon counts
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
 
 
@@ -195,6 +196,7 @@ class Situation:
             shape=robot.shape,
             goal_cost=settings.goal_cost,
             goal_weight=settings.goal_weight,
+            terminal_weight=self._terminal_weight(len(seen.near)),
             effort_weight=settings.effort_weight,
             people=field,
             rule=settings.risk_rule,
@@ -216,6 +218,21 @@ class Situation:
             preferred=preferred,
             preference_weight=weight,
         )
+
+    def _terminal_weight(self, near: int) -> float:
+        """By how many steps more the cost of the last position counts: its slope is then that of the way beyond it.
+
+        To go on from D m to the goal at full speed v costs the sum of D − j·v·ΔT over steps j, about D²/(2·v·ΔT), of
+        slope D/(v·ΔT); with squared costs about D³/(3·v·ΔT), whose slope is half as many times that of D². Without
+        this a plan neither waits for a gap nor goes around where that pays only after the horizon. The way past one or
+        two is found within it. A wish comes before all this.
+        """
+        if self.wish is not None or near < _SEVERAL:
+            return 0.0
+        settings, most = self.settings, self.around.horizon
+        left = self.distance(self.start) / (self.robot.planning_speed * settings.time_step) - most
+        steps = settings.terminal_weight * min(max(left, 0.0), most)
+        return 0.5 * steps if settings.goal_cost == "squared" else steps
 
     @property
     def _farther(self) -> float:

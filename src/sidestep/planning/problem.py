@@ -11,7 +11,7 @@ refined = polish(problem, found)                                       # .path, 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -106,6 +106,11 @@ class PlanningProblem:
     def dimension(self) -> int:
         """Number of axes d."""
         return int(self.start.size)
+
+    @property
+    def for_least_risk(self) -> PlanningProblem:
+        """The same where no risk is forbidden, all of it is charged, and no way beyond the horizon outweighs it."""
+        return replace(self, graded=True, terminal_weight=0.0)
 
     @property
     def goal_weights(self) -> FloatArray:

@@ -29,6 +29,8 @@ class PlannerSettings:
         clearance: m between centres (≤ 100); None is robot radius + person radius + 0.10 m.
         goal_weight: θ5, one number or one per axis (≥ 0).
         goal_cost: "squared" is Eq. 9a; "distance" is θ5·‖x−g‖, whose pull does not grow with the distance.
+        terminal_weight: among three people and more, how much of the way that is left after the horizon counts (≥ 0): 1
+            is what it costs to go on at full speed, for as long again at most; 0 is Eq. 9a, which does not look so far.
         effort_weight: θ6, one number or one per axis (≥ 0).
         acceleration_weight: cost of the acceleration until the next call, ∫‖a‖² dt in m²/s³ (≥ 0), so that a plan made
             ten times a second is followed and not shaken; 0 is the paper.
@@ -62,6 +64,7 @@ class PlannerSettings:
     clearance: float | None = None
     goal_weight: float | tuple[float, ...] = 1.0
     goal_cost: GoalCost = "distance"
+    terminal_weight: float = 1.0
     effort_weight: float | tuple[float, ...] = 0.02
     acceleration_weight: float = 0.05
     soft_risk_weight: float = 6.0
@@ -92,7 +95,7 @@ class PlannerSettings:
         check.numbers("risk_limit", above=0.0, most=1.0)
         check.words("goal_cost", GoalCost)
         check.weights("goal_weight", "effort_weight")
-        check.numbers("acceleration_weight", "soft_risk_weight", least=0.0)
+        check.numbers("terminal_weight", "acceleration_weight", "soft_risk_weight", least=0.0)
         check.numbers("memory", least=0.0, unit="s")
         check.numbers("least_randomness", least=0.0, most=1.0)
         check.numbers("clearance", above=0.0, most=WIDEST, unit="m", optional=True)

@@ -85,6 +85,7 @@ def contestants() -> Mapping[str, Contestant]:
         _ablation("fixed-randomness", "ω is not learned", human={"online_randomness": False}),
         _ablation("no-filter", "measured positions as they are", human={"motion_filter": False}),
         _ablation("no-soft-risk", "risk below the limit is free", planner={"soft_risk_weight": 0.0}),
+        _ablation("no-terminal-weight", "the way beyond the horizon is free", planner={"terminal_weight": 0.0}),
         _ablation("no-acceleration-weight", "changes of velocity are free", planner={"acceleration_weight": 0.0}),
         _ablation("no-first-step", "the first step is not swept", planner={"first_step_limit": None}),
         _ablation(
