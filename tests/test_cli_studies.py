@@ -9,6 +9,8 @@ from typing import NoReturn
 import pytest
 
 from sidestep.cli import BAD_INPUT, FAILURE, execute
+from sidestep.commands.evaluate_report import page_title
+from sidestep.studies.conditions import conditions
 from sidestep.studies.engines import WorkersLost
 
 
@@ -73,6 +75,21 @@ def test_evaluate_compares_navigators(tmp_path: Path, capsys: pytest.CaptureFixt
     assert written["title"] == "Against other planners: keeps walking"
     for figure in written["figures"]:
         assert (page.parent / figure["file"]).stat().st_size > 10_000
+
+
+def test_a_page_about_some_conditions_says_which() -> None:
+    told = {
+        ("crowd-5-all-unconcerned",): ": 5 people, all unconcerned",
+        (
+            "corridor",
+            "half-random",
+            "crowd-5-half-unconcerned",
+            "crowd-12-all-unconcerned",
+        ): ": corridor, half-random, crowd",
+        tuple(conditions()): "",
+    }
+    for names, words in told.items():
+        assert page_title(names, among_peers=True) == "Against other planners" + words
 
 
 @pytest.mark.slow

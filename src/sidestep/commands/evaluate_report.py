@@ -72,7 +72,7 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
         )
     write_evidence(
         page,
-        title=_title([a["name"] for a in aims], among_peers),
+        title=page_title([a["name"] for a in aims], among_peers=among_peers),
         lead=[_SAME, _AIMS if among_peers else _PARTS],
         command=command,
         tables=_tables(rows, pooled, aims if among_peers else None),
@@ -81,10 +81,21 @@ def write_peers_page(result: Mapping[str, Any], page: Path, command: str) -> Non
     )
 
 
-def _title(names: Sequence[str], among_peers: bool) -> str:
+def page_title(names: Sequence[str], *, among_peers: bool) -> str:
+    """Return the title of a page about the conditions `names`, with opponents or ablations of ours."""
+    from sidestep.studies.conditions import conditions
+
     if not among_peers:
         return "What each part is worth"
-    return "Against other planners" + (f": {_worded(names[0])}" if len(names) == 1 else "")
+    return "Against other planners" + (f": {_few(names)}" if len(names) < len(conditions()) else "")
+
+
+def _few(names: Sequence[str]) -> str:
+    """A condition in words, or several by name, those that begin alike ("crowd-…") by their first word."""
+    if len(names) == 1:
+        return _worded(names[0])
+    firsts = [name.split("-")[0] for name in names]
+    return ", ".join(dict.fromkeys(f if firsts.count(f) > 1 else n for f, n in zip(firsts, names, strict=True)))
 
 
 def _worded(condition: str) -> str:
