@@ -61,14 +61,10 @@ def _parameters(file: Path | None, changes: tuple[str, ...]) -> dict[str, Any]:
     """Nested parameters: the file's, then the single changes."""
     import tomllib
 
-    from sidestep.errors import InvalidFile, InvalidInput
+    from sidestep.errors import InvalidInput
+    from sidestep.simulation.tables import read_tables
 
-    data: dict[str, Any] = {}
-    if file is not None:
-        try:
-            data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-        except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InvalidFile(str(file), str(error), "a TOML file") from None
+    data: dict[str, Any] = {} if file is None else read_tables(file)
     for change in changes:
         name, text = _pair("--set", change)
         try:

@@ -2,48 +2,28 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from sidestep.errors import InvalidFile
 from sidestep.human.model import HumanModel
 from sidestep.io.files import written
 from sidestep.io.toml import to_toml
 from sidestep.simulation.faults import one_line
-from sidestep.simulation.settings import HumanTable, without_none
+from sidestep.simulation.settings import HumanTable
+from sidestep.simulation.tables import read_human_table
 
 _MODEL: TypeAdapter[HumanModel] = TypeAdapter(HumanTable)
-
-
-def read_human_table(path: str | Path) -> dict[str, Any]:
-    """Return the table [human] of a file, unchecked.
-
-    Raises:
-        InvalidFile: the file is absent, no TOML, or has no such table.
-    """
-    allowed = "a TOML file with a table [human], as `sidestep fit` writes it"
-    try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise InvalidFile(str(path), "no such file", allowed) from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InvalidFile(str(path), str(error), allowed) from None
-    table = data.get("human")
-    if not isinstance(table, dict):
-        raise InvalidFile(str(path), "no table [human]", allowed)
-    return without_none(cast(dict[str, Any], table))
 
 
 def read_human_model(path: str | Path) -> HumanModel:
     """Read a model.
 
     Raises:
-        InvalidFile: as `read_human_table`.
+        InvalidFile: the file is absent, no TOML, or has no table [human].
         InvalidInput: one line per field that is unknown or not allowed.
     """
     try:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, cast
 from sidestep.checks import one_of
 from sidestep.errors import InvalidFile, InvalidInput
 from sidestep.io.files import written
-from sidestep.io.human_models import read_human_table
 from sidestep.io.toml import to_toml
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.settings import without_none
+from sidestep.simulation.tables import read_human_table
 
 if TYPE_CHECKING:
     from sidestep.obstacles import Obstacles

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from sidestep.errors import InvalidFile, InvalidInput
+from sidestep.errors import InvalidInput
 from sidestep.human.model import HumanModel
 from sidestep.planning.settings import PlannerSettings
 from sidestep.ros.geometry import Pose2
@@ -25,6 +24,7 @@ from sidestep.simulation.settings import (
     Settings,
     without_none,
 )
+from sidestep.simulation.tables import read_human_table, read_tables
 
 _HERE = (0.0, 0.0)
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
@@ -155,7 +155,7 @@ class NodeSettings(Settings):
         own = without_none(data)
         base = own.pop("scenario", None)
         if isinstance(own.get("human"), str):
-            own["human"] = _human_table(Path(own["human"]))
+            own["human"] = read_human_table(own["human"])
         merged = _merged(_tables(Path(str(base))), own) if base else own
         try:
             return cls.model_validate(merged)
@@ -165,30 +165,13 @@ class NodeSettings(Settings):
 
 def _tables(path: Path) -> dict[str, Any]:
     """Tables of a scenario file that a node can use; where the robot starts and goes belongs to the simulated run."""
-    data = _read("scenario", path, "a scenario file (TOML)")
+    data = read_tables(path, "a scenario file (TOML)")
     known = {name: data[name] for name in ("robot", "planner", "human", "walls", "node") if name in data}
     if isinstance(known.get("robot"), Mapping):
         known["robot"] = {k: v for k, v in known["robot"].items() if k not in ("start", "goal", "heading")}
     if isinstance(known.get("human"), str):
-        known["human"] = _human_table(path.parent / known["human"])
+        known["human"] = read_human_table(path.parent / known["human"])
     return known
-
-
-def _human_table(path: Path) -> Any:
-    allowed = "a TOML file with a table [human], as `sidestep fit` writes it"
-    table = _read("human", path, allowed).get("human")
-    if not isinstance(table, Mapping):
-        raise InvalidFile("human", str(path), allowed)
-    return table
-
-
-def _read(field: str, path: Path, allowed: str) -> dict[str, Any]:
-    try:
-        return without_none(tomllib.loads(path.read_text(encoding="utf-8-sig")))
-    except OSError as error:
-        raise InvalidFile(field, str(path), allowed, error.strerror or "") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InvalidFile(field, str(path), allowed, str(error)) from None
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
