@@ -30,7 +30,7 @@ from sidestep.own_motion import OwnMotion
 from sidestep.planning.pace import Pace
 from sidestep.planning.plan import Plan, stopped_plan
 from sidestep.planning.search import Outlook
-from sidestep.planning.settings import LONGEST_STEP, PlannerSettings
+from sidestep.planning.settings import LONGEST_LOOK, PlannerSettings
 from sidestep.reasons import reason_of
 from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.site import Site, site_of
@@ -38,7 +38,6 @@ from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
 from sidestep.types import Vector, VectorLike, frozen_array, plausible, sealed, settled
 
-_LONGEST_STOP = 100.0  # s; every way to a stop is looked at in slices of 0.05 s
 _LEAST_STRIDE = 0.005  # m; the risk is drawn on the robot's lattice, whose cells must not be much finer than people
 _INSTANT = 1e-6  # s, less than which two times are the same
 _log = logging.getLogger(__name__)
@@ -79,8 +78,8 @@ class Planner:
             allowed = f"a robot that can move by {_LEAST_STRIDE} m in a time step of {self.settings.time_step:g} s"
             raise InvalidInput("planner.robot", robot, allowed, "make it faster, or the time step longer")
         limit = robot.planning_acceleration
-        if limit is not None and robot.planning_speed > _LONGEST_STOP * limit:
-            allowed = f"a robot that can stop within {_LONGEST_STOP:g} s"
+        if limit is not None and robot.planning_speed > LONGEST_LOOK * limit:
+            allowed = f"a robot that can stop within {LONGEST_LOOK:g} s"
             raise InvalidInput("planner.robot", robot, allowed, "make it slower, or its acceleration larger")
         self._crew = Crew(self.settings.threads)
         self._outlook = Outlook()
@@ -257,7 +256,7 @@ class Planner:
 
         Being asked again in the same instant (the clock of a simulation may be a slow one) tells nothing of that.
         """
-        step, timeout = self.settings.time_step, min(self.settings.timeout, LONGEST_STEP)
+        step, timeout = self.settings.time_step, min(self.settings.timeout, LONGEST_LOOK)
         if gap == 0.0:
             return self._interval
         late = step + _INSTANT < gap <= timeout + _INSTANT

@@ -8,8 +8,8 @@ from typing import ClassVar
 from sidestep.checks import FARTHEST, WIDEST, Checks
 from sidestep.types import GoalCost, RiskRule
 
-LONGEST_STEP = 100.0
-"""s; what is begun is looked at in slices of 0.05 s."""
+LONGEST_LOOK = 100.0
+"""s, of a step or a way to a stop at most: both are looked at in slices of 0.05 s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +86,7 @@ class PlannerSettings:
 
     def __post_init__(self) -> None:
         check = Checks(self, "planner")
-        check.numbers("time_step", above=0.0, most=LONGEST_STEP, unit="s")
+        check.numbers("time_step", above=0.0, most=LONGEST_LOOK, unit="s")
         check.numbers("timeout", above=0.0, unit="s")
         check.integers("horizon", least=1, most=FARTHEST)
         check.integers("rounds", least=1, most=100)
