@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ros_stand_ins import Eyes, StraightPlanner, Wheels
+from ros_stand_ins import Eyes, StraightPlanner, Wheels, plan_of
 from sidestep import DifferentialDrive, PersonObservation, RobotState
 from sidestep.errors import InvalidInput
 from sidestep.human.model import HumanModel
@@ -205,6 +205,17 @@ def test_a_command_that_is_no_number_becomes_a_standstill():
     robot = Robot()
     robot.planner.velocity = (math.nan, 0.0)
     assert robot.ready() == STANDSTILL
+
+
+@pytest.mark.parametrize(("rule", "name", "told"), [("mass", "largest", "0.0300"), ("trajectory", "summed", "0.0500")])
+def test_the_risk_that_is_told_is_the_one_that_is_limited(rule, name, told):
+    robot = Robot()
+    robot.ready()
+    plan = replace(plan_of(10.1, (0.4, 0.0)), risk=np.array([0.02, 0.03]), risk_rule=rule)
+    robot.planner.step = lambda **_: plan
+    robot.core.plan(10.1)
+    values = robot.core.report(10.1).values()
+    assert {what: value for what, value in values.items() if what.endswith(" risk")} == {f"{name} risk": told}
 
 
 def test_a_plan_to_stop_is_told_as_a_stop():

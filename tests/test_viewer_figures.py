@@ -103,6 +103,14 @@ def test_series_are_the_record():
     assert {record.clearance, 0.6} <= flat
 
 
+def test_where_the_sum_of_risks_is_limited_the_sum_is_drawn():
+    """The largest stage was drawn beneath the limit of the sum, and kept it where the sum did not."""
+    record = made_record(people=1)
+    summed = replace(record, settings={"planner": {"risk_rule": "trajectory"}})
+    (risk,) = panels(run_figure(summed), "probability")
+    assert np.allclose(risk.get_lines()[0].get_ydata(), np.maximum(record.risk.sum(axis=1), 1e-4))
+
+
 def test_steps_that_are_not_certified_are_shaded():
     record = made_record()
     (risk,) = panels(run_figure(record), "probability")

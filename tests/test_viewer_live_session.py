@@ -7,6 +7,7 @@ import json
 import struct
 import sys
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from sidestep.io.records import read_record, write_record
 from sidestep.io.scenarios import load_obstacles, load_scenario, shipped_names
 from sidestep.simulation.metrics import measure
 from sidestep.viewer.live import messages, stage
+from sidestep.viewer.live.chronicle import samples
 from sidestep.viewer.live.replay import Replay
 from sidestep.viewer.live.session import MOST_WAITING, Session
 from sidestep.viewer.live.settings import LiveSettings
@@ -267,6 +269,23 @@ def test_a_replay_shows_what_the_live_page_showed():
         np.testing.assert_allclose(again["robot"][:2], first["robot"][:2], atol=2e-3)
         np.testing.assert_allclose([p[:2] for p in again["people"]], [p[:2] for p in first["people"]], atol=2e-3)
     assert shown[-1]["running"] is False
+
+
+def test_where_the_sum_of_risks_is_limited_the_page_shows_and_tells_the_sum():
+    """It showed the largest stage beside the limit of the sum."""
+    record = replace(made_record(people=1), settings={"planner": {"risk_rule": "trajectory"}})
+    summed = record.risk.sum(axis=1)[record.plan_age <= 1e-9]
+    assert [s["risk"] for s in samples(record)] == pytest.approx(summed, abs=1e-5)
+    assert json.loads(Replay(record).scene())["summed"]
+    assert not json.loads(Replay(made_record()).scene())["summed"]
+    summing = Session(
+        load=lambda name: load_scenario(name, ['planner.risk_rule="trajectory"']), settings=LiveSettings(), seed=1
+    )
+    said = _run(summing, 1.0)
+    assert said["scene"][0]["summed"]
+    for plan in said["plan"]:
+        assert plan["sample"]["risk"] == pytest.approx(sum(plan["risk"]), abs=1e-4)
+    assert max(plan["sample"]["risk"] for plan in said["plan"]) > 0
 
 
 def test_a_record_is_scrubbed_stepped_and_played_again():

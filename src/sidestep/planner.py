@@ -338,6 +338,7 @@ class Planner:
             collision_probability=sealed(seen.contact),
             risk=sealed(risk),
             risk_limit=settings.risk_limit,
+            risk_rule=settings.risk_rule,
             status=outcome.status,
             reason=reason_of(outcome, now, risk),
             people=MappingProxyType({s.mind.id: person_plan(s, seen, self._afterwards) for s in seen.everybody}),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from sidestep.ladder import Outcome
+from sidestep.planning.plan import limited_risk
 from sidestep.situation import STAYS, Situation
 from sidestep.types import FloatArray
 
@@ -17,8 +18,8 @@ def reason_of(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
 def _of_status(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
     settings, near = now.settings, len(outcome.foreseen.near)
     whom = "nobody" if near == 0 else "1 person" if near == 1 else f"{near} people"
-    summed, each = settings.risk_rule == "trajectory", risk.tolist()
-    word, worst = ("summed", sum(each)) if summed else ("highest", max(each))
+    word = "summed" if settings.risk_rule == "trajectory" else "highest"
+    worst = float(limited_risk(risk, settings.risk_rule))
     if outcome.status == "certified":
         return f"every limit holds with {whom} in reach; {word} risk {worst:.2g} of {settings.risk_limit:g}"
     if not outcome.stoppable:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sidestep.planning.settings import PlannerSettings
-from sidestep.types import FloatArray, Path, Status, Vector, all_sealed, frozen_array
+from sidestep.types import FloatArray, Path, RiskRule, Status, Vector, all_sealed, frozen_array
 
 if TYPE_CHECKING:
     from sidestep.prediction.occupancy import Occupancy
@@ -80,6 +80,7 @@ class Plan:
         cost: value of the objective (Eq. 9a) of this motion.
         duration: s, wall-clock time that planning took.
         signal: True when the robot should make itself noticed (off by default).
+        risk_rule: what is limited; see `PlannerSettings`.
     """
 
     time: float
@@ -99,10 +100,26 @@ class Plan:
     cost: float
     duration: float
     signal: bool = False
+    risk_rule: RiskRule = "mass"
+
+    @property
+    def limited_risk(self) -> float:
+        """What is held against `risk_limit`."""
+        return float(limited_risk(self.risk, self.risk_rule))
 
     def __reduce__(self) -> tuple[Callable[..., Plan], tuple[Any, ...]]:
         told = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "people"}
         return _plan, (told, dict(self.people))
+
+
+def limited_risk(risk: FloatArray, rule: RiskRule) -> FloatArray:
+    """Return what the rule holds against its limit, (…) of `risk` (…, N): "trajectory" their sum, else the largest."""
+    return risk.sum(axis=-1) if rule == "trajectory" else risk.max(axis=-1, initial=0.0)
+
+
+def limited_name(rule: RiskRule) -> str:
+    """What that is called."""
+    return "summed risk" if rule == "trajectory" else "largest risk"
 
 
 def _plan(told: dict[str, Any], people: dict[str, PersonPlan]) -> Plan:
@@ -124,6 +141,7 @@ def stopped_plan(
         collision_probability=frozen_array(np.zeros(n)),
         risk=frozen_array(np.zeros(n)),
         risk_limit=settings.risk_limit,
+        risk_rule=settings.risk_rule,
         status="stopped",
         reason=reason,
         people=MappingProxyType({}),

@@ -11,6 +11,7 @@ import numpy as np
 from sidestep.errors import InvalidInput
 from sidestep.lattice import Lattice
 from sidestep.obstacles import Obstacles
+from sidestep.planning.plan import limited_name
 from sidestep.prediction.collision import PersonMass, RiskField
 from sidestep.ros import outgoing
 from sidestep.ros.geometry import Pose2, wrapped
@@ -100,7 +101,7 @@ def _decided(record: Record, make: Maker, step: int) -> Iterator[Message]:
         "plan status": record.status[step],
         "planning time (ms)": f"{1e3 * record.planning_time[step]:.2f}",
         "largest P_coll": f"{_largest(record.collision_probability[step]):.4f}",
-        "largest risk": f"{_largest(record.risk[step]):.4f}",
+        limited_name(record.risk_rule): f"{np.nan_to_num(record.limited_risk[step]):.4f}",
     }
     level = outgoing.OK if record.status[step] == "certified" else outgoing.WARN
     words = outgoing.diagnostics(make, time, level=level, message=record.status[step], values=values)

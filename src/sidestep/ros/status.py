@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from sidestep.planning.plan import Plan
+from sidestep.planning.plan import Plan, limited_name
 from sidestep.robots import RobotState
 from sidestep.ros.outgoing import ERROR, OK, WARN
 from sidestep.types import Vector
@@ -84,7 +84,7 @@ class Report:
                 "plan age (s)": f"{self.plan_age:.3f}",
                 "planning time (ms)": f"{1e3 * self.plan.duration:.2f}",
                 "largest P_coll": f"{_largest(self.plan.collision_probability):.4f}",
-                "largest risk": f"{_largest(self.plan.risk):.4f}",
+                limited_name(self.plan.risk_rule): f"{self.plan.limited_risk:.4f}",
                 "risk limit": f"{self.plan.risk_limit:.4f}",
                 "people": len(self.plan.people),
             }

@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from sidestep.types import FloatArray, IntArray, frozen_array
+import numpy as np
+
+from sidestep.planning.plan import limited_risk
+from sidestep.types import FloatArray, IntArray, RiskRule, frozen_array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,3 +101,15 @@ class Record:
     other_robots: FloatArray = field(default_factory=lambda: frozen_array([]))
     other_radii: FloatArray = field(default_factory=lambda: frozen_array([]))
     other_goals: FloatArray = field(default_factory=lambda: frozen_array([]))
+
+    @property
+    def risk_rule(self) -> RiskRule:
+        """The rule that planned."""
+        return self.settings.get("planner", {}).get("risk_rule", "mass")
+
+    @property
+    def limited_risk(self) -> FloatArray:
+        """(T,) what the rule held against `risk_limit`; NaN where it is unknown."""
+        known = np.isfinite(self.risk)
+        held = limited_risk(np.where(known, self.risk, 0.0), self.risk_rule)
+        return np.where(known.any(axis=1), held, np.nan)

@@ -92,9 +92,10 @@ def draw_belief(axes: Axes, record: Record) -> None:
 
 
 def draw_risk(axes: Axes, record: Record) -> None:
-    """Draw what the risk rule limits and the collision probability, each at its largest over the horizon, and P_th."""
+    """Draw what the risk rule limits, the collision probability at its largest over the horizon, and P_th."""
     time = record.time[:-1]
-    axes.plot(time, _largest(record.risk), color=style.ROBOT, linewidth=style.LINE, label="risk that is limited")
+    limited = np.maximum(record.limited_risk, FLOOR)
+    axes.plot(time, limited, color=style.ROBOT, linewidth=style.LINE, label="risk that is limited")
     axes.plot(
         time,
         _largest(record.collision_probability),

@@ -27,8 +27,7 @@ def samples(record: Record) -> list[dict[str, Any]]:
     r = record
     gaps = np.linalg.norm(r.people_positions - r.robot_positions[:, np.newaxis], axis=2)  # (T+1, P) m
     nearest = np.where(np.isfinite(gaps), gaps, np.inf).min(axis=1, initial=np.inf)
-    risk = np.where(np.isfinite(r.risk), r.risk, -np.inf).max(axis=1, initial=-np.inf)
-    result: list[dict[str, Any]] = []
+    risk, result = r.limited_risk, list[dict[str, Any]]()
     for i in np.flatnonzero(r.plan_age <= 1e-9):
         beliefs = r.beliefs[i][np.isfinite(r.beliefs[i])]
         result.append(

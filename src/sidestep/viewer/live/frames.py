@@ -76,7 +76,7 @@ def _sample(world: World, time: float) -> dict[str, Any]:
         "distance": None if nearest is None else round(float(gaps[nearest]), 3),
         "ms": round(1000 * world.run.recorder.steps[-1].planning_time, 2),
         "belief": None if subject is None else world.beliefs().get(world.run.people[subject].id),
-        "risk": _finite(float(np.max(motion.risk, initial=0.0))) if planned else None,
+        "risk": _finite(motion.limited_risk) if planned else None,
     }
 
 

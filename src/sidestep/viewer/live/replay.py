@@ -89,6 +89,7 @@ class Replay:
             panels=[{"title": r.scenario, "radius": r.robot_radius, "kind": "holonomic"}],
             people=[{"id": name, "radius": float(radius), "you": name == "you"} for name, radius in radii],
             limit=r.risk_limit,
+            summed=r.risk_rule == "trajectory",
             clearance=r.clearance,
             contact=r.robot_radius + float(np.max(r.people_radii, initial=0.0)),
             horizon=r.risk.shape[1],
@@ -179,14 +180,15 @@ class Replay:
         if self._status(step) == "arrived":
             return words.arrived(arrival(r) - float(r.time[0]), back=False)
         belief = math.nan if nearest is None else float(r.beliefs[step, nearest])
-        risk = r.risk[step][np.isfinite(r.risk[step])]
+        risk = float(r.limited_risk[step])
         situation = words.Situation(
             you=nearest is not None and r.people[nearest] == "you",
             status=r.status[step],
             speed=float(np.linalg.norm(r.robot_velocities[step])),
             distance=None if nearest is None else float(gaps[nearest]),
             belief=belief if math.isfinite(belief) else None,
-            risk=float(risk.max()) if risk.size else None,
+            risk=risk if math.isfinite(risk) else None,
+            summed=r.risk_rule == "trajectory",
             limit=r.risk_limit,
             contact=r.robot_radius + (0.0 if nearest is None else float(r.people_radii[nearest])),
         )

@@ -121,6 +121,7 @@ class Session:
             panels=[{"title": world.title, "radius": s.robot.radius, "kind": s.robot.kind} for world in self.worlds],
             people=[{"id": name, "radius": radius, "you": name == Visitor.id} for name, radius in radii],
             limit=s.planner.risk_limit,
+            summed=s.planner.risk_rule == "trajectory",
             clearance=s.clearance,
             contact=s.robot.radius + s.human.radius,
             horizon=s.planner.horizon,

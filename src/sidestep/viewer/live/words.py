@@ -25,7 +25,7 @@ class Situation:
         belief: P(concerned); None where the planner has none.
         ignored, taken: chances in a row, see `Evidence`.
         keeping: m, the smallest planned distance to where the person is expected; None when unknown.
-        risk: largest value of what the rule limits over the horizon; None when unknown.
+        risk: what the rule limits; None when unknown; summed: over the horizon, else it is the largest there.
         limit: P_th.
         contact: m between centres at which bodies touch.
     """
@@ -40,6 +40,7 @@ class Situation:
     taken: int = 0
     keeping: float | None = None
     risk: float | None = None
+    summed: bool = False
     limit: float = 0.05
     contact: float = 0.6
 
@@ -89,7 +90,8 @@ def _judgement(s: Situation) -> str:
 
 
 def _least_risk(s: Situation) -> str:
-    risk = "" if s.risk is None else f" ({_percent(s.risk)}, allowed {_percent(s.limit)})"
+    held = "" if s.risk is None else _percent(s.risk) + (" in all" if s.summed else "")
+    risk = f" ({held}, allowed {_percent(s.limit)})" if held else ""
     doing = "standing" if s.speed < WAITING else "moving away"
     return f"{_name(s)} {_are(s)} too near for any plan within the limit: {doing} at the least risk{risk}."
 

@@ -127,7 +127,8 @@ class World:
             ignored=evidence.ignored,
             taken=evidence.taken,
             keeping=None if assumed is None else smallest_expected_distance(plan, assumed.occupancy),
-            risk=float(np.max(plan.risk, initial=0.0)),
+            risk=plan.limited_risk,
+            summed=plan.risk_rule == "trajectory",
             limit=plan.risk_limit,
             contact=self.run.scenario.robot.radius + (0.0 if person is None else person.radius),
         )

@@ -11,7 +11,7 @@ const ROWS = [
   { key: "belief", title: "Will the person give way?", range: () => [0, 1], ticks: [0, 0.5, 1], tick: (v) => `${100 * v} %`, value: percent },
   {
     key: "risk", title: "Chance of coming too close", range: () => [-4, 0], ticks: [-4, -2, 0], map: (v) => Math.log10(Math.max(v, 1e-4)),
-    tick: (v) => ({ "-4": "0.01 %", "-2": "1 %", 0: "100 %" })[v], value: percent, limit: (world) => [world.limit, "limit"],
+    tick: (v) => ({ "-4": "0.01 %", "-2": "1 %", 0: "100 %" })[v], value: percent, limit: (world) => [world.limit, world.summed ? "limit of the sum" : "limit"],
   },
   {
     key: "distance", title: "Distance", range: () => [0, 4], ticks: [0, 2, 4], tick: (v) => `${v} m`, value: (v) => `${v.toFixed(2)} m`,
