@@ -130,8 +130,12 @@ def _of_track(scene: str, track: Track, watcher: Watcher, every: float) -> Itera
         )
 
 
-def without_gaps(track: Track, longest: float = LONGEST_GAP) -> list[Track]:
-    """Cut a track where it was not sampled for more than `longest` s."""
-    cuts = np.flatnonzero(np.diff(track.time) > longest) + 1
+def without_gaps(track: Track) -> list[Track]:
+    """Cut a track where it was not sampled for more than `LONGEST_GAP`, even if it never is more often.
+
+    `Track.stays` asks whether somebody was there, and rare samples tell that. Here they are followed step by step:
+    places between rare samples would be made of those to come, and tell what is to be predicted.
+    """
+    cuts = np.flatnonzero(np.diff(track.time) > LONGEST_GAP) + 1
     parts = zip(np.split(track.time, cuts), np.split(track.positions, cuts), strict=True)
     return [Track(agent=track.agent, kind=track.kind, time=t, positions=p) for t, p in parts]
