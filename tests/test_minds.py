@@ -87,6 +87,15 @@ def test_someone_not_seen_is_carried_forward() -> None:
     np.testing.assert_allclose(minds.miss(mind, 5.0).position, (2.0, 1.0))
 
 
+@pytest.mark.parametrize(("told", "known"), [((0.3, 0.1), (0.3, 0.1)), (None, (1.0, -0.4))])
+def test_without_a_filter_the_velocity_is_the_one_told_or_that_of_the_way_since(
+    told: tuple[float, float] | None, known: tuple[float, float]
+) -> None:
+    before = minds.meet(sees((3.0, 2.0)), PAPER, 1.0)
+    mind = minds.observe(before, sees((3.5, 1.8), velocity=told), 1.5, STEP)
+    assert mind.velocity == pytest.approx(known)
+
+
 @pytest.mark.parametrize(("where", "when"), [((-3.0, 2.0), 0.2), ((0.3, 0.0), 4.0)])
 def test_somebody_else_under_a_known_name_is_met_as_they_are_seen(where: tuple[float, float], when: float) -> None:
     """Where a tracker swaps ids, who walks was taken to stand: their velocity was not looked at."""

@@ -112,6 +112,17 @@ def test_a_missing_input_stops_it_and_its_return_lets_it_go_on(missing):
     assert robot.core.motion(10.8, 10.8) != STANDSTILL
 
 
+def test_who_has_been_told_of_is_told_of_once():
+    """Told again, they would be taken to have been measured where they were only expected."""
+    robot = Robot()
+    robot.ready(10.0)
+    for k, news in enumerate([False, True, False]):
+        if news:
+            robot.people(10.1 + 0.1 * k)
+        robot.core.plan(10.1 + 0.1 * k)
+    assert [people is not None for _, _, people in robot.planner.calls] == [True, False, True, False]
+
+
 def test_a_planner_that_hangs_does_not_leave_the_last_command_on():
     robot = Robot()
     robot.ready(10.0)

@@ -45,7 +45,11 @@ def test_what_comes_and_cannot_be_used_is_missing_and_named():
     assert dog.complaint(11.0, 0.5).startswith("no scan for 1.0 s; 1 came that could not be used: not finite, or")
     dog.fed("scan", now=11.0)
     assert dog.complaint(12.0, 1.0) == "no odom for 1.0 s"
+    dog.fed("odom", now=12.4)
+    assert dog.complaint(12.4, 1.4) == "no scan for 1.4 s"  # what could be used has come since
+    dog.refused("odom")
     dog.clear()
+    assert dog.complaint(12.0, 1.0) == "no odom yet"
     dog.refused("odom")
     assert dog.complaint(12.0, 1.0).startswith("no odom yet; 1 came that")
 
