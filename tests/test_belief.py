@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sidestep.belief import Belief, action_likelihood, observe, prior, relax
+from sidestep.belief import Belief, action_likelihood, believed, observe, prior, relax, relax_goals
 from sidestep.human.actions import ActionSet
 
 
@@ -102,3 +102,17 @@ def test_a_recovered_mind_needs_few_informative_steps() -> None:
         belief = observe(belief, np.array([[0.808, 0.008]]))  # ω = 0.2, 25 actions: the unconcerned action was seen
         steps += 1
     assert steps <= 4
+
+
+def test_goals_are_forgotten_with_the_time_that_passes_and_awareness_is_kept() -> None:
+    """Whether it is asked for in one call or in many."""
+    weights = np.array([[0.5, 0.2], [0.05, 0.25]])
+    before, usual = believed(weights.copy()), np.array([0.4, 0.6])
+    once = relax_goals(before, usual, 0.7, 2.0)
+    np.testing.assert_allclose(once.weights.sum(axis=1), usual + np.exp(-1.4) * (weights.sum(axis=1) - usual))
+    np.testing.assert_allclose(once.weights[:, 1] / once.weights.sum(axis=1), weights[:, 1] / weights.sum(axis=1))
+    often = before
+    for _ in range(5):
+        often = relax_goals(often, usual, 0.7, 0.4)
+    np.testing.assert_allclose(often.weights, once.weights)
+    assert relax_goals(before, np.full(3, 1 / 3), 0.7, 2.0) is before  # of other goals
