@@ -17,6 +17,7 @@ from sidestep.human.goals import DirectionGoal, PointGoal, SlowingGoal, StandGoa
 from sidestep.human.habit_settings import HabitSettings
 from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
+from sidestep.human.reaction import Way
 from sidestep.mind import Mind
 
 PAPER = HumanModel(
@@ -156,6 +157,15 @@ def test_what_is_believed_of_somebody_out_of_view_fades_with_the_time_that_passe
         assert known["a"].belief.concerned == pytest.approx(0.5 + 0.49 * np.exp(-0.2))
         known = met(known, [back], 2.0)
         assert known["a"].belief.concerned == pytest.approx(0.5 + 0.49 * np.exp(-0.4))
+
+
+def test_only_who_is_seen_is_taken_to_have_seen_where_the_robot_goes() -> None:
+    coming = PersonObservation(id="a", position=(3.0, 0.0), velocity=(-1.2, 0.0))
+    seen = minds.meet(coming, HumanModel(), 1.0)
+    lost = minds.miss(seen, 1.2)
+    way = Way(time=1.2, positions=np.array([[0.5 * k, 0.0] for k in range(9)]), step=STEP)
+    assert minds.face(lost, way, 0.6, 1.2) is lost
+    assert minds.face(seen, replace(way, time=1.0), 0.6, 1.0).facing is not None
 
 
 def test_goals_are_given_listed_or_directions() -> None:
