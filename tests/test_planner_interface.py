@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 import sidestep
+from sidestep.ladder import Outcome, climb
+from sidestep.situation import Situation
+from sidestep.types import Path
 
 
 def planner(**more: object) -> sidestep.Planner:
@@ -95,6 +98,22 @@ def test_under_the_rule_trajectory_the_risk_told_is_the_one_whose_sum_is_limited
     assert unsure.reason.endswith(f"taking the least risk, summed {unsure.risk.sum():.2g}")
 
 
+def test_the_risk_told_is_looked_for_between_the_steps_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    found: list[Outcome] = []
+
+    def climbed(now: Situation, anticipated: Path) -> Outcome:
+        found.append(climb(now, anticipated))
+        return found[-1]
+
+    monkeypatch.setattr("sidestep.planner.climb", climbed)
+    crossing = person(-2.0, 0.0, velocity=(1.2, 0.0))
+    robot = sidestep.RobotState(position=(0.0, -2.0))
+    plan = planner(horizon=8).step(time=0.0, robot=robot, people=[crossing])
+    between, at = found[0].risk[0::2], found[0].risk[1::2]
+    assert between.max() > at.max()
+    np.testing.assert_array_equal(plan.risk, np.maximum(between, at))
+
+
 def test_a_differential_drive_takes_speed_and_turn_rate() -> None:
     base = sidestep.DifferentialDrive(max_speed=0.7, max_turn_rate=1.5, radius=0.18)
     state = sidestep.RobotState(position=(0.0, -5.0), heading=np.pi / 2)
@@ -174,6 +193,8 @@ def test_data_that_cannot_be_used_stop_the_robot_and_say_why(
     plan = planner().step(time=0.0, robot=robot, people=people)
     assert plan.status == "stopped"
     assert plan.reason
+    here = robot.position if robot.position.shape == (2,) and np.isfinite(robot.position).all() else np.zeros(2)
+    np.testing.assert_array_equal(plan.positions, np.tile(here, (5, 1)))
     np.testing.assert_array_equal(plan.velocity, 0.0)
     np.testing.assert_array_equal(plan.command, 0.0)
 

@@ -47,7 +47,9 @@ def test_one_hiccup_is_forgotten():
     assert driven(pace, settings, FEW, 10)[-1] == 8
     pace.late(8, 0.3)
     assert pace.horizon(settings) < 8
-    assert driven(pace, settings, FEW, 60)[-1] == 8
+    assert driven(pace, settings, FEW, 5)[-1] == 8
+    pace.took(8, 0.04)  # much longer than before, and in time
+    assert set(driven(pace, settings, FEW, 5)) == {8}
 
 
 def test_a_copy_learns_for_itself():

@@ -89,6 +89,20 @@ def test_those_already_close_are_not_approached_and_standing_is_always_allowed()
     assert graded[1] > graded[4] > graded[2] == 0.0
 
 
+@pytest.mark.parametrize(("x", "risky"), [(0.9, True), (3.0, False)])
+def test_where_staying_is_riskier_than_the_limit_what_is_no_riskier_is_admitted(x, risky):
+    """Beside somebody who comes nearer, every way to leave would be forbidden."""
+    start = np.zeros(2)
+    step = made([(x, 0.0)], [(-1.0, 0.0)])
+    eased = step.no_worse_than_staying(start)
+    staying = step.risk(start, np.zeros((1, 2)))[0][0]
+    assert (staying > step.limit) == risky
+    assert eased.limit == pytest.approx(max(staying, step.limit))
+    away = np.array([[-0.2, 0.0]])
+    assert np.isfinite(eased.costs(start, away, graded=False, steep=1e4))
+    assert np.isfinite(step.costs(start, away, graded=False, steep=1e4)) != risky
+
+
 def test_standing_is_charged_a_third_when_graded():
     step = made([(0.9, 0.0)], [(-1.0, 0.0)])
     velocities = np.array([[0.0, 0.0], [0.01, 0.0]])
