@@ -100,6 +100,34 @@ def test_the_scanner_is_where_the_robot_was_when_it_measured():
     assert halfway.yaw == pytest.approx(math.pi / 4)
 
 
+def at(x: float, y: float) -> Odometry:
+    return Odometry(time=0.0, frame="odom", pose=Pose2(x, y), velocity=np.zeros(2), turn_rate=0.0)
+
+
+def test_between_two_odometry_messages_the_robot_is_between_their_places():
+    frames = Frames(planning="odom", base="base_link", mount=Pose2())
+    for time, place in ((1.0, (1.0, 4.0)), (2.0, (2.0, 2.0)), (3.0, (5.0, -1.0))):
+        frames.note(at(*place), time)
+    for time, there in ((0.5, (1.0, 4.0)), (1.25, (1.25, 3.5)), (2.5, (3.5, 0.5)), (9.0, (5.0, -1.0))):
+        robot = frames.robot(time)
+        assert robot is not None
+        assert (robot.x, robot.y) == pytest.approx(there)
+
+
+def test_where_odometry_starts_again_what_was_before_does_not_count():
+    """A driver that starts anew, or a recording played again: places of two runs were mixed."""
+    frames = Frames(planning="odom", base="base_link", mount=Pose2())
+    for time in (5.0, 6.0, 7.0):
+        frames.note(at(9.0, 9.0), time)
+    frames.note(at(0.0, 0.0), 1.0)
+    frames.note(at(1.0, 0.0), 2.0)
+    robot = frames.robot(1.5)
+    assert robot is not None
+    assert (robot.x, robot.y) == pytest.approx((0.5, 0.0))
+    frames.clear()
+    assert frames.robot() is None
+
+
 def test_the_shorter_way_round_is_taken_between_two_headings():
     frames = Frames(planning="odom", base="base_link", mount=Pose2())
     frames.note(odometry(0.0, 3.0), 1.0)
