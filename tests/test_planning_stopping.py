@@ -325,3 +325,30 @@ def test_asked_once_a_second_it_brakes_before_its_goal(speed, acceleration, most
         beyond = (np.array(trip.path) - goal) @ (goal - start) / np.linalg.norm(goal - start)
         assert beyond.max() < most, str(trip)
         assert np.linalg.norm(trip.state.position - goal) < 0.25, str(trip)
+
+
+RARE = {
+    "on a disc": Holonomic(max_speed=1.0, shape="disc", max_acceleration=0.5),
+    "in a box": Holonomic(max_speed=2.0, max_acceleration=0.5),
+    "two wheels": DifferentialDrive(max_speed=1.0, max_acceleration=1.0, max_turn_acceleration=4.0),
+}
+
+
+@pytest.mark.parametrize("kind", RARE)
+def test_called_ten_times_rarer_than_steps_it_comes_to_its_goal_and_stays(kind):
+    """It was asked for no more than it can do within a step, a tenth of its acceleration: it went past and around."""
+    planner = sidestep.Planner(robot=RARE[kind], goal=(5.0, 3.0), time_step=0.1, timeout=2.0)
+    trip = Trip(planner, period=1.0, within=0.3).run(16.0)
+    assert trip.arrived, str(trip)
+    for _ in range(8):
+        trip.step()
+    assert trip.arrived, str(trip)
+
+
+@pytest.mark.parametrize(("acceleration", "time_step", "period", "most"), [(0.5, 0.2, 0.1, 7.0), (0.2, 0.5, 0.5, 12.0)])
+def test_a_base_that_goes_askew_does_not_circle_around_its_goal(acceleration, time_step, period, most):
+    """What would end beside the goal was not charged, only what would end beyond it."""
+    robot = Holonomic(max_speed=2.0, max_acceleration=acceleration)
+    planner = sidestep.Planner(robot=robot, goal=(5.0, 3.0), time_step=time_step)
+    trip = Trip(planner, period=period, within=0.3).run(most)
+    assert trip.arrived, str(trip)

@@ -22,7 +22,7 @@ from sidestep.human.cost import per_axis
 from sidestep.lazily import lazy
 from sidestep.obstacles import Obstacles
 from sidestep.planning.body import Body
-from sidestep.planning.geodesic import DistanceField
+from sidestep.planning.geodesic import DistanceField, way_to
 from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
@@ -64,8 +64,8 @@ class PlanningProblem:
         inertia: of a base of limited acceleration, which limits the first action, or None; stop_limit: largest
             admissible risk at each half instant until such a base, braking from the next call on, would stand.
         resolution: K, largest tap of the search; None: by the budget.
-        overshoot_weight: cost per m by which a base of limited acceleration, braking from the next call on, would pass
-            the goal, and any base within a `hold` that is longer than a step.
+        overshoot_weight: cost per m by which a base of limited acceleration, braking from the next call on, would go
+            farther than the goal is, and any base within a `hold` that is longer than a step.
         preferred: (d,) m/s, a first velocity that is preferred, or None; preference_weight: cost per m²/s² off it.
     """
 
@@ -153,18 +153,17 @@ class PlanningProblem:
         return self.inertia is not None or self.hold > self.time_step
 
     def overshoot_costs(self, velocities: FloatArray) -> FloatArray:
-        """Return (M,) what it costs that the base would pass the goal after first velocities (M, d) m/s.
+        """Return (M,) what it costs that the base would go farther than the goal is after first velocities (M, d) m/s.
 
         A lattice whose cells lie farther apart than the base can change its velocity by takes it to brake in time
         where it does not: it would swing around the goal. So would any base that goes on for longer than a step.
+        Whichever way it goes: who passes beside the goal circles around it.
         """
-        way = self.goal - self.start
-        length = math.sqrt(float(way @ way))
-        if not self.may_overshoot or self.overshoot_weight == 0.0 or length < 1e-6:
+        if not self.may_overshoot or self.overshoot_weight == 0.0:
             return np.zeros(len(velocities))
         ends = self.hold * velocities if self.inertia is None else self.inertia.stops(velocities, 0).ends
-        beyond = ends @ (way / length) - length
-        return self.overshoot_weight * np.maximum(beyond, 0.0)
+        farther = np.sqrt(np.square(ends).sum(axis=1)) - way_to(self.goal, self.start, self.distance_to_goal)
+        return self.overshoot_weight * np.maximum(farther, 0.0)
 
     def risk_along(self, path: Path) -> FloatArray:
         """Return (2N,) what the rule limits, at half instants 1..2N of `path` (N+1, d) m."""

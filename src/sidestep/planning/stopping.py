@@ -34,10 +34,12 @@ class Inertia:
     def largest_change(self) -> float:
         """m/s by which the mean velocity of the first step may differ from the present one.
 
-        A ramp at the limit strays from the straight step by change²/(2·acceleration) ≤ `LAG` on its way.
+        A ramp at the limit strays from the straight step by change²/(2·acceleration) ≤ `LAG` on its way. Where calls
+        are rarer than steps, the base has until the next call for it: with what it can do within a step it would be
+        asked for a fraction of its acceleration, and not come round to its goal.
         """
         a = self.acceleration
-        return min(a * self.time_step, math.sqrt(2.0 * a * LAG))
+        return min(a * max(self.time_step, self.interval), math.sqrt(2.0 * a * LAG))
 
     @property
     def time_to_stop(self) -> float:
