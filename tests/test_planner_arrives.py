@@ -236,3 +236,12 @@ def test_whatever_changing_the_velocity_costs_it_stops_at_its_goal(speed, weight
     beyond = (np.array(trip.path) - goal) @ goal / np.linalg.norm(goal)
     assert beyond.max() < 0.2, trip
     assert np.linalg.norm(trip.state.position - goal) < 0.1, trip
+
+
+@pytest.mark.parametrize("resolution", [1, None])
+def test_without_polish_a_dear_acceleration_does_not_keep_it_from_stopping_at_its_goal(resolution):
+    """The least change of velocity is one cell per step then; dearer than what it gains, it was put off for good."""
+    robot, goal = bases(radius=0.3, turning=4.0)["any velocity"], np.array([5.0, 3.0])
+    planner = Planner(robot=robot, goal=goal, polish=False, search_resolution=resolution, acceleration_weight=1.0)
+    trip = Trip(planner, period=0.1, within=0.0).run(15.0)
+    assert np.linalg.norm(trip.state.position - goal) < 0.6, trip  # m; cells lie 0.5 m apart

@@ -22,6 +22,7 @@ from sidestep.planning.geodesic import DistanceField, way_to
 from sidestep.planning.plan import Plan
 from sidestep.planning.problem import STANDING_SHARE, PlanningProblem
 from sidestep.planning.search import Outlook
+from sidestep.planning.search_maps import resolution
 from sidestep.planning.settings import PlannerSettings
 from sidestep.planning.stopping import Inertia
 from sidestep.robots import DifferentialDrive, Robot, RobotState
@@ -247,8 +248,27 @@ class Situation:
         weight = self.settings.acceleration_weight
         if self.velocity is None or weight == 0.0:
             return None, 0.0
-        weight = min(weight, self._stopping_weight(self.velocity))
+        weight = min(weight, self._stopping_weight(self.velocity), self._lattice_weight)
         return self.velocity, weight / self.around.interval  # ∫‖a‖² dt of a steady change until the next call
+
+    @property
+    def _lattice_weight(self) -> float:
+        """m²/s³, price of acceleration at which a change by one cell per step still pays; inf where plans are polished.
+
+        On the lattice alone there is no smaller change, and a plan puts it off, free of charge, at every call. What it
+        gains is a step that ends ΔT·change nearer to the goal, or, where that lies askew, 1/√d of it.
+        """
+        s, robot, d = self.settings, self.robot, self.start.size
+        if s.polish:
+            return math.inf
+        cells = s.search_resolution or resolution(self.around.horizon, d, robot.shape)
+        return self._slope * s.time_step * self.around.interval * cells / (robot.planning_speed * math.sqrt(d))
+
+    @property
+    def _slope(self) -> float:
+        """Per m, how the goal cost of a step grows with the distance from the goal."""
+        weight = float(np.max(self.settings.goal_weight))
+        return weight * (2.0 * self.distance(self.start) if self.settings.goal_cost == "squared" else 1.0)
 
     def _stopping_weight(self, velocity: Vector) -> float:
         """m²/s³, price of acceleration at which the way to the goal is long enough to stop from `velocity` (d,) m/s.
@@ -256,9 +276,8 @@ class Situation:
         Only the change until the next call has a price. A plan brakes free of charge after it, so that being beyond the
         goal costs no more than a step there. That pays for an acceleration of (slope of the goal cost)·ΔT / (2·price).
         """
-        s, way, pace = self.settings, self.distance(self.start), float(velocity @ velocity)
-        slope = float(np.max(s.goal_weight)) * (2.0 * way if s.goal_cost == "squared" else 1.0)
-        return slope * s.time_step * way / pace if pace > 0.0 else math.inf
+        way, pace = self.distance(self.start), float(velocity @ velocity)
+        return self._slope * self.settings.time_step * way / pace if pace > 0.0 else math.inf
 
     def distance(self, place: Vector) -> float:
         """Return m from `place` to the goal, around walls and people who stand."""
