@@ -6,6 +6,7 @@ from copy import copy
 
 import pytest
 
+from sidestep import Holonomic, PersonObservation, Planner, RobotState
 from sidestep.planning.pace import Pace
 from sidestep.planning.settings import PlannerSettings
 
@@ -50,6 +51,18 @@ def test_one_hiccup_is_forgotten():
     assert driven(pace, settings, FEW, 5)[-1] == 8
     pace.took(8, 0.04)  # much longer than before, and in time
     assert set(driven(pace, settings, FEW, 5)) == {8}
+
+
+@pytest.mark.parametrize(("acceleration", "steps"), [(None, 1), (1.0, 3), (0.5, 5)])
+def test_however_little_time_there_is_a_plan_sees_the_base_stand(acceleration, steps):
+    """At 1 m/s a plan of one step was certified, though nobody had looked where the base would stop."""
+    robot = Holonomic(max_speed=1.0, radius=0.3, max_acceleration=acceleration)
+    planner = Planner(robot=robot, goal=(8.0, 0.0), deadline=100.0)
+    planner._pace.took(1, 80.0)
+    for time in (0.0, 0.1):
+        state = RobotState(position=(time, 0.0), velocity=(1.0, 0.0))
+        plan = planner.step(time=time, robot=state, people=[PersonObservation(id="a", position=(4.0, 2.0))])
+    assert plan.horizon_used == steps
 
 
 def test_a_copy_learns_for_itself():

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sidestep.planning.stopping import time_to_stop
 from sidestep.robots import Robot, RobotState
 from sidestep.types import Vector
 
@@ -44,6 +45,11 @@ class OwnMotion:
         if velocity is None or time - since > self._timeout:  # of a stop, `since` is whatever was told, a time or not
             return None
         return velocity
+
+    def time_to_stand(self, state: RobotState, interval: float) -> float:
+        """Return how many s the base needs to stand, if asked to `interval` s from now; 0: it can at once."""
+        limit, velocity = self._robot.planning_acceleration, self._robot.reference_velocity(state)
+        return 0.0 if limit is None or velocity is None else time_to_stop(velocity, limit, interval)
 
     def completed(self, time: float, measured: RobotState) -> RobotState:
         """Return the state with a velocity where one is needed: as measured, else reckoned since the last call.

@@ -271,7 +271,7 @@ class Planner:
         course = Course(self._site.field)
         if wanted.size == 0:
             course = self._detours.course(self._site, self._discs(), here=start, time=time)
-        horizon = settings.horizon if settings.deadline is None else self._pace.horizon(settings)
+        horizon = self._pace.horizon(settings, self._own.time_to_stand(state, self._interval))
         around = circumstances(
             settings,
             self.robot,

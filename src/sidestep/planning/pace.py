@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from sidestep.planning.settings import PlannerSettings
 
 _SHARE = 0.5  # of the deadline that a call is planned to take; the rest is for the machine's own hiccups
@@ -17,12 +19,23 @@ class Pace:
         self._seconds: dict[int, float] = {}  # by horizon, the largest seen lately; never changed in place
         self._last = 0  # steps, of the last call; half of them if it was late
 
-    def horizon(self, settings: PlannerSettings) -> int:
-        """Return the largest horizon ≤ N whose expected time fits the deadline; starts small and grows."""
-        assert settings.deadline is not None
+    def horizon(self, settings: PlannerSettings, standing: float = 0.0) -> int:
+        """Return the largest horizon ≤ N whose expected time fits the deadline; starts small and grows.
+
+        Args:
+            settings: of the planner; without a deadline it is N.
+            standing: s that the base needs to stand. A stop that the plan does not see is not safe: where there is no
+                time to look so far ahead, to be late is to stop.
+        """
+        if settings.deadline is None:
+            return settings.horizon
+        least = math.ceil(standing / settings.time_step)
+        return min(max(self._fitting(settings, settings.deadline), least), settings.horizon)
+
+    def _fitting(self, settings: PlannerSettings, deadline: float) -> int:
         if not self._seconds:
-            return min(_FIRST, settings.horizon)
-        longest, most = min(settings.horizon, self._last + 1), _SHARE * settings.deadline
+            return _FIRST
+        longest, most = min(settings.horizon, self._last + 1), _SHARE * deadline
         return next((n - 1 for n in range(2, longest + 1) if self._expected(n) > most), max(longest, 1))
 
     def took(self, horizon: int, seconds: float) -> None:

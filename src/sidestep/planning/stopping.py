@@ -43,8 +43,8 @@ class Inertia:
 
     @property
     def time_to_stop(self) -> float:
-        """How many s the base needs to stand, if it is asked to from the next call on, and speeds up until then."""
-        return 2.0 * self.interval + math.sqrt(float(self.velocity @ self.velocity)) / self.acceleration
+        """How many s the base needs to stand."""
+        return time_to_stop(self.velocity, self.acceleration, self.interval)
 
     @property
     def apart(self) -> float:
@@ -151,6 +151,15 @@ class Stops:
     shifts: FloatArray
     moving: BoolArray
     ends: FloatArray
+
+
+def time_to_stop(velocity: Vector, acceleration: float, interval: float) -> float:
+    """Return how many s a base needs to stand, if it is asked to from the next call on, and speeds up until then.
+
+    Args:
+        velocity: (d,) m/s now; acceleration: m/s²; interval: s until the next call.
+    """
+    return 2.0 * interval + math.sqrt(float(velocity @ velocity)) / acceleration
 
 
 def _norms(vectors: FloatArray) -> FloatArray:
