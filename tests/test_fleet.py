@@ -61,6 +61,31 @@ def test_a_whole_plan_keeps_clear_of_an_announced_one():
     assert np.linalg.norm(straight.positions - crossing, axis=1).min() < 0.6  # there was something to avoid
 
 
+@pytest.mark.parametrize("age", [0.2, 0.5, 0.8])
+def test_a_late_announcement_is_carried_forward(age):
+    """It was taken for one of now: of eight runs of four robots told 0.2 s late two touched, by up to 1.4 cm."""
+
+    def plan_for(told):
+        planner = FleetPlanner(robot=BASES["limited acceleration"], goal=(0.0, 4.0), horizon=4)
+        planner.announce([told])
+        state = sidestep.RobotState(position=(0.0, 0.0), velocity=(0.0, 0.0))
+        return planner.step(time=1.0, robot=state, people=[])
+
+    crossing = {"radius": 0.3, "acceleration": 1.0, "settled": False, "velocity": (1.0, 0.0)}
+    now = plan_for(Announced(path=_path((-2.0 + age, 1.5), (1.0, 0.0)), **crossing))
+    late = plan_for(Announced(path=_path((-2.0, 1.5), (1.0, 0.0)), age=age, **crossing))
+    np.testing.assert_allclose(late.positions, now.positions, atol=1e-9)
+
+
+@pytest.mark.parametrize("age", [1.5, np.nan, np.inf])
+def test_an_announcement_that_is_too_old_tells_nothing_of_now(age):
+    planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)
+    planner.announce([Announced(path=_path((-2.0, 1.5), (1.0, 0.0)), radius=0.3, settled=True, age=age)])
+    plan = planner.step(time=0.0, robot=sidestep.RobotState(position=(0.0, 0.0)), people=[])
+    assert plan.status == "stopped"
+    assert f"{age} s old" in plan.reason
+
+
 def test_nobody_announced_is_the_planner_itself():
     person = sidestep.PersonObservation(id="a", position=(-1.5, 1.5), velocity=(1.0, 0.0))
     plans = [

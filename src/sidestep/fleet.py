@@ -57,6 +57,8 @@ class Announced:
         settled: it was planned for now and is what the robot will do; else the robot may stop instead.
         velocity: (d,) m/s, of that point now; None: as at the beginning of the path.
         acceleration: m/s², which it brakes with (its `planning_acceleration`); None: it can stop at once.
+        age: s since the announcement was made, as over a slow network; negative counts as 0. Path and velocity are then
+            those of that time, and nobody knows what the robot has decided since.
     """
 
     path: Path
@@ -64,6 +66,7 @@ class Announced:
     settled: bool
     velocity: Vector | None = None
     acceleration: float | None = None
+    age: float = 0.0
 
     def __post_init__(self) -> None:
         keep = object.__setattr__
@@ -71,8 +74,8 @@ class Announced:
         if self.velocity is not None:
             keep(self, "velocity", measured("announced.velocity", self.velocity, "(d,) numbers (m/s), or none"))
 
-    def unusable(self, dimension: int) -> str:
-        """Say why nobody can tell where the robot will be, or ''."""
+    def unusable(self, dimension: int, oldest: float = math.inf) -> str:
+        """Say why nobody can tell where the robot will be, or ''; an announcement may be `oldest` s old."""
         shape = self.path.shape
         if len(shape) != 2 or shape[0] < 2 or shape[1] != dimension:
             return f"another robot announced a path of shape {shape}, not (K + 1, {dimension}) with K ≥ 1"
@@ -84,7 +87,23 @@ class Announced:
             return f"another robot announced a velocity of {self.velocity.tolist()}, not {dimension} finite numbers"
         if self.acceleration is not None and not 0.0 < self.acceleration <= LARGEST:
             return f"another robot announced an acceleration of {self.acceleration} m/s²"
+        if not self.age <= oldest:
+            return f"another robot's announcement is {self.age} s old, more than {oldest:g} s"
         return ""
+
+    def carried(self, time_step: float) -> Announced:
+        """Return what a late announcement tells of now; one that is not late, or cannot be used, as it is.
+
+        Args:
+            time_step: s, between the places of the path.
+        """
+        if not 0.0 < self.age < math.inf or self.path.ndim != 2 or self.unusable(self.path.shape[1]):
+            return self
+        late = self.age / time_step
+        instants = late + np.arange(max(len(self.path) - int(late), 2))
+        path = np.stack([np.interp(instants, np.arange(len(self.path)), x) for x in self.path.T], axis=1)
+        velocity = self.velocity if late < 1.0 and self.velocity is not None else (path[1] - path[0]) / time_step
+        return replace(self, path=path, velocity=velocity, settled=False)
 
     def doubled(self, blocks: int) -> FloatArray:
         """Return (blocks, d) m, where the robot is at the half instants from 0 on."""
@@ -122,7 +141,7 @@ class FleetPlanner(Planner):
         """Take what the others have announced; it counts until the next announcement."""
         for other in others:
             of_kind("announce.others", other, Announced)
-        self._others = tuple(others)
+        self._others = tuple(other.carried(self.settings.time_step) for other in others)
 
     def reset(self) -> None:
         """Forget everybody, the other robots too."""
@@ -131,7 +150,8 @@ class FleetPlanner(Planner):
 
     def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
         trouble = super()._trouble(time, robot, people)
-        return trouble or next(filter(None, (other.unusable(self.goal.size) for other in self._others)), "")
+        d, oldest = self.goal.size, self.settings.timeout
+        return trouble or next(filter(None, (other.unusable(d, oldest) for other in self._others)), "")
 
     def _plan(self, now: Situation, outcome: Outcome, started: float) -> Plan:
         """A stop where the plan would come too close to another robot."""
