@@ -297,6 +297,11 @@ def test_the_command_names_once_whom_it_cannot_reach(capsys):
     assert capsys.readouterr().err == f"sidestep: 127.0.0.1:{port}: Connection refused\n"
 
 
+def test_a_goal_beside_stop_is_refused(capsys):
+    assert execute(["remote", "--stop", "--goal", "4", "0"]) == 2
+    assert "--goal: got (4.0, 0.0); allowed: only without --stop" in capsys.readouterr().err
+
+
 def test_it_listens_on_the_loopback_only(robot):
     listening = Path("/proc/net/tcp").read_text() if Path("/proc/net/tcp").exists() else pytest.skip("no /proc")
     found = [line.split()[1] for line in listening.splitlines()[1:] if line.split()[3] == "0A"]

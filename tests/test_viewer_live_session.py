@@ -14,6 +14,7 @@ import pytest
 
 from made_records import made_record
 from scripted_navigators import Blind, Pondering
+from sidestep.cli import execute
 from sidestep.errors import InvalidInput, MissingExtra
 from sidestep.io.records import read_record, write_record
 from sidestep.io.scenarios import load_obstacles, load_scenario, shipped_names
@@ -401,3 +402,14 @@ def test_a_map_file_stops_the_visitor_and_is_drawn(tmp_path):
     x0, y0, x1, y1 = said["scene"][0]["bounds"]
     assert (x0, y0, x1, y1) == pytest.approx((-5.5, -4.5, 5.5, 4.5))  # the whole map, and some floor around
     assert said["frame"][-1]["panels"][0]["people"][0][0] == pytest.approx(0.2 + session.visitor.radius, abs=0.11)
+
+
+@pytest.mark.parametrize(("scenario", "words"), [("nowhere", "scenario: got 'nowhere'"), ("drone", "in 2-D")])
+def test_a_scenario_that_cannot_be_shown_is_told_at_once_where_a_record_comes_first(
+    scenario, words, tmp_path, capsys, monkeypatch
+):
+    pytest.importorskip("nicegui")
+    monkeypatch.setattr("sidestep.viewer.live.server.serve", lambda *_, **__: pytest.fail("the page was opened"))
+    path = write_record(made_record(), tmp_path / "record.npz")
+    assert execute(["live", str(path), "--scenario", scenario, "--no-show"]) == 2
+    assert words in capsys.readouterr().err

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -66,20 +66,27 @@ def evaluate(
         page: JSON file to write for the pages of evidence, with the figures in ../../figures.
         json: print one JSON object and nothing else.
     """
+    from sidestep.commands.options import refuse
     from sidestep.io.files import ready_folder, ready_for
     from sidestep.studies.engines import processes
 
-    of_people: dict[str, Any] = {
-        "studies": studies, "without": without, "vehicle": vehicle, "model": model, "trips": trips, "crowd": crowd,
-        "moments": moments, "ablations": ablations,
-    }  # fmt: skip
+    of_study: dict[str, dict[str, Any]] = {
+        "prediction": {"moments": moments},
+        "awareness": {"vehicle": vehicle},
+        "replay": {"trips": trips, "crowd": crowd},
+    }
+    of_people: dict[str, Any] = {"studies": studies, "without": without, "model": model, "ablations": ablations}
+    for own in of_study.values():
+        of_people |= own
     of_worlds: dict[str, object] = {"conditions": conditions, "fewer": fewer}
     if not people:
-        _none_of(of_people, "only together with --people TRACKS")
+        refuse(evaluate, "only together with --people TRACKS", **of_people)
     if people:
-        _none_of(of_worlds | {"episodes": episodes, "calibration": calibration}, "only without --people")
+        refuse(evaluate, "only without --people", **of_worlds, episodes=episodes, calibration=calibration)
+        of_study["replay"] |= {"navigators": navigators, "workers": workers, "engine": engine, "address": address}
+        _refuse_without(_studies(studies), of_study, ablations)
     elif calibration:
-        _none_of(of_worlds | {"navigators": navigators}, "only without --calibration")
+        refuse(evaluate, "only without --calibration", **of_worlds, navigators=navigators)
     ready_for(page)
     run = Run(
         quick=quick,
@@ -116,15 +123,15 @@ def _among_recorded(
     ablations: bool,
 ) -> None:
     """Predictions, beliefs and trips on recorded people."""
-    from sidestep.commands.evaluate_people import DRIVERS, STUDIES, PeopleRequest, evaluate_people, name_of
+    from sidestep.commands.evaluate_people import DRIVERS, PeopleRequest, evaluate_people, name_of
     from sidestep.commands.evaluate_people_report import report
 
-    studies = studies or ",".join(STUDIES)
+    chosen = _studies(studies)
     trips = run.count(trips, TRIPS_FULL, TRIPS_QUICK)
     moments = run.count(moments, MOMENTS_FULL, MOMENTS_QUICK)
     request = PeopleRequest(
         files=people,
-        studies=tuple(studies.split(",")),
+        studies=chosen,
         without=tuple(filter(None, without.split(","))),
         model=model,
         vehicles=tuple(vehicle.split(",")) if vehicle else (),
@@ -142,7 +149,8 @@ def _among_recorded(
     command = [
         "sidestep evaluate",
         *(f"--people {name_of(file)}" for file in people),
-        f"--studies {studies} --moments {moments} --trips {trips}",
+        f"--studies {','.join(chosen)}",
+        *words(moments="prediction" in chosen and moments, trips="replay" in chosen and trips),
         *words(crowd=crowd, vehicle=vehicle, without=without),
         *["--ablations"] * ablations,
         *words(navigators=navigators),
@@ -161,10 +169,22 @@ def _calibrated(run: Run, episodes: int | None) -> None:
     run.told({"calibration": found}, "calibration.json", header, rows)
 
 
-def _none_of(options: Mapping[str, object], when: str) -> None:
-    """Refuse options that would be of no effect, so that nobody takes them to have had one."""
-    from sidestep.errors import InvalidInput
+def _studies(asked: str | None) -> tuple[str, ...]:
+    """Studies of recorded people: those asked for by their names, or all."""
+    from sidestep.checks import one_of
+    from sidestep.commands.evaluate_people import STUDIES
 
-    for name, value in options.items():
-        if value is not None and value is not False and value != "":
-            raise InvalidInput(f"--{name}", value if isinstance(value, int) else str(value), when)
+    names = tuple(asked.split(",")) if asked else STUDIES
+    one_of("--studies", names, STUDIES)
+    return names
+
+
+def _refuse_without(studies: Collection[str], options: Mapping[str, Mapping[str, object]], ablations: bool) -> None:
+    """Check that only options (study → name → value) of the chosen studies of recorded people are given."""
+    from sidestep.commands.options import refuse
+
+    for study, own in options.items():
+        if study not in studies:
+            refuse(evaluate, f"only with {study} among --studies", **own)
+    if not {"prediction", "awareness"} & set(studies):
+        refuse(evaluate, "only with prediction or awareness among --studies", ablations=ablations)

@@ -92,7 +92,6 @@ def vehicle_of(recordings: Mapping[str, Recording], name: str | None) -> Vehicle
 
 
 def _check(request: PeopleRequest) -> None:
-    one_of("--studies", request.studies, STUDIES)
     one_of("--vehicle", request.vehicles, ("car", "cart", "robot"))
     if "replay" in request.studies:
         from sidestep.studies.opponents import contestants

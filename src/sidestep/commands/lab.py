@@ -47,6 +47,7 @@ def lab(
         classifier: trained with --train, instead of the one that comes with the package.
         json: print exactly one JSON object on stdout.
     """
+    from sidestep.commands.options import refuse
     from sidestep.errors import InvalidInput
 
     if labelled and train is None:
@@ -54,6 +55,14 @@ def lab(
     if train is not None and score is not None:
         raise InvalidInput("--score", str(score), "only without --train", "train first, then score with --classifier")
     if train is not None or score is not None:
+        refuse(
+            lab, "only without --score and --train", human=human, planner_rate=planner_rate, latency=latency,
+            dropout=dropout, goals=goals, seeds=seeds, kinematic=kinematic, workers=workers, out=out,
+        )  # fmt: skip
+        if train is not None:
+            refuse(lab, "only without --train", classifier=classifier)
+        else:
+            refuse(lab, "only without --score", seed=seed)
         from sidestep.commands import lab_tracker
 
         if train is not None:

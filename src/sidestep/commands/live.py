@@ -27,7 +27,7 @@ def live(
     """Serve a page on which you are the pedestrian, until Ctrl-C. Nothing leaves this machine.
 
     Args:
-        record: a record (.npz) to play back and scrub through instead.
+        record: a record (.npz) to play back and scrub through first; "Back to live" leads to the scenario.
         scenario: name of a scenario (`sidestep scenarios`), or path of a TOML file.
         port: to listen on; 0 takes a free one.
         host: address to listen on; the default is reachable from this machine only.
@@ -46,7 +46,9 @@ def live(
     shelf = _shelf(scenario)
     settings = LiveSettings(scenario=scenario)
     shown = None if record is None else read_record(record)
-    if shown is None:
+    if shown is not None:
+        server.warm_up(shelf, settings, steps=0)  # says now, not at "Back to live", what is wrong with the scenario
+    else:
         say("getting ready (the first start after an installation takes longer)")
         first_time(walls=True)
         server.warm_up(shelf, settings, steps=WARM_UP_STEPS)

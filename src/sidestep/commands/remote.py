@@ -29,8 +29,11 @@ def remote(
         json: print one JSON object, the last state, when done.
     """
     from sidestep.commands.console import emit_json, say
+    from sidestep.commands.options import refuse
     from sidestep.ros.station import LinkLost, Refused, Station
 
+    if stop:
+        refuse(remote, "only without --stop", goal=goal)
     host, port = _address(address)
     state: dict[str, Any] = {}
     try:

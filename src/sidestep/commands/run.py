@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -90,10 +91,10 @@ def _scenario(
     from sidestep.io.scenarios import load_scenario
 
     extra = list(changes)
-    if horizon is not None:
-        extra.append(f"planner.horizon={horizon}")
-    if seed is not None:
-        extra.append(f"seed={seed}")
+    for option, field, number in (("--horizon", "planner.horizon", horizon), ("--seed", "seed", seed)):
+        if number is not None:
+            _refuse_twice(changes, field, option)
+            extra.append(f"{field}={number}")
     if source.file is not None:
         if human is not None:
             raise InvalidInput(
@@ -105,8 +106,19 @@ def _scenario(
             raise InvalidInput(option, value, "only together with --people TRACKS.csv")
     chosen = load_scenario(name, extra)
     if human is not None:
+        if not chosen.people:
+            raise InvalidInput("--human", human, "only where people are simulated", f"{chosen.name} has none")
         chosen = _with_kind(chosen, human)
     return chosen, source.named(chosen)
+
+
+def _refuse_twice(changes: Sequence[str], field: str, option: str) -> None:
+    """Check that no change sets a field that an option of its own sets."""
+    from sidestep.errors import InvalidInput
+
+    for change in changes:
+        if change.partition("=")[0].strip() == field:
+            raise InvalidInput("--set", change, f"only without {option}, which sets the same")
 
 
 def _with_kind(scenario: Scenario, kind: str) -> Scenario:
