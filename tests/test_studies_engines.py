@@ -29,10 +29,21 @@ def always_killed(x):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+def holds_back(number):
+    return number in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_all_pieces_are_done_once(workers):
     pytest.importorskip("joblib")
     assert sorted(run_pieces(square, list(range(20)), workers=workers)) == [(x, x * x) for x in range(20)]
+
+
+def test_ctrl_c_is_answered_by_who_began_the_workers_alone():
+    """A terminal tells it to all of them; whichever was importing something wrote a traceback of its own."""
+    pytest.importorskip("joblib")
+    assert all(run_pieces(holds_back, [signal.SIGINT] * 4, workers=2))
+    assert not holds_back(signal.SIGINT)
 
 
 @pytest.mark.slow

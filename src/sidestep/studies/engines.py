@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Callable, Hashable, Iterator, Sequence
+import signal
+from collections.abc import Callable, Generator, Hashable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
+from multiprocessing import resource_tracker
 from typing import Any, Protocol, TypeVar
 
 from sidestep.checks import counted
@@ -192,7 +195,9 @@ def _with_joblib(work: Callable[[Piece], Result], pieces: Sequence[Piece], worke
         jobs = (delayed(_numbered)(work, i, pieces[i]) for i in left)
         try:
             pool: Any = Parallel(n_jobs=workers, return_as="generator_unordered")
-            for i, result in pool(jobs):
+            with _uninterrupted():
+                results = pool(jobs)
+            for i, result in results:
                 done.add(i)
                 yield result
         except TerminatedWorkerError:  # a worker was killed; the others' unfinished pieces are lost with it
@@ -200,6 +205,17 @@ def _with_joblib(work: Callable[[Piece], Result], pieces: Sequence[Piece], worke
             continue
         return
     raise WorkersLost(len(left))
+
+
+@contextmanager
+def _uninterrupted() -> Generator[None]:
+    """Hold Ctrl-C back while workers are started, and from them for good: this process answers it, and ends them."""
+    resource_tracker.ensure_running()  # it would be started with the first worker, and let Ctrl-C through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _with_ray(
