@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sidestep.commands.replay import _parameters as parameters_of
 from sidestep.errors import InvalidInput
 from sidestep.human.model import HumanModel
 from sidestep.io.human_models import read_human_model, write_human_model
@@ -18,6 +19,7 @@ from sidestep.io.scenarios import load_scenario, shipped_text
 from sidestep.io.tracks import read_recordings
 from sidestep.perception.classifier import load_classifier
 from sidestep.perception.scan import Beams, ScanRecording
+from sidestep.ros.settings import NodeSettings
 from sidestep.simulation.loop import simulate
 
 TRACKS = b"scene,t,agent,kind,x,y\n" + b"".join(b"a,%.1f,1,ped,%.2f,0.5\n" % (0.1 * k, 0.1 * k) for k in range(40))
@@ -141,3 +143,39 @@ def test_what_is_garbled_is_read_or_refused(make, tmp_path):
             refusals.append(str(error))
     assert refusals
     assert all(path.parent.name in line for line in refusals)
+
+
+DEEP = [
+    "x = " + 2000 * "[" + 2000 * "]",
+    "x = " + 2000 * "{a=" + "1" + 2000 * "}",
+    "x" + 2000 * ".a" + " = 1",
+    "[human" + 2000 * ".a" + "]",
+    "x = " + 100 * "[" + 100 * "]",
+]
+
+
+@pytest.mark.parametrize("text", DEEP, ids=("lists", "tables", "dotted", "header", "fewer"))
+@pytest.mark.parametrize(
+    "read",
+    [
+        load_scenario,
+        read_human_model,
+        lambda path: NodeSettings.parse({"scenario": str(path)}),
+        lambda path: parameters_of(path, ()),
+    ],
+    ids=("scenario", "human", "node", "replay"),
+)
+def test_what_is_nested_without_end_is_refused(read, text, tmp_path):
+    path = tmp_path / "deep.toml"
+    path.write_text(text + "\n")
+    with pytest.raises(InvalidInput, match="nested more than 50 deep"):
+        read(path)
+
+
+@pytest.mark.parametrize("change", [2000 * "a." + "a=1", "people=" + 2000 * "[" + 2000 * "]"])
+def test_a_change_nested_without_end_is_refused(change):
+    with pytest.raises(InvalidInput, match=r"^--set: got|^people: got"):
+        load_scenario("crossing", [change])
+    if "." in change:
+        with pytest.raises(InvalidInput, match="--set: got"):
+            parameters_of(None, (change,))

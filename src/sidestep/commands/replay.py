@@ -59,19 +59,19 @@ def replay(
 
 def _parameters(file: Path | None, changes: tuple[str, ...]) -> dict[str, Any]:
     """Nested parameters: the file's, then the single changes."""
-    import tomllib
-
     from sidestep.errors import InvalidInput
-    from sidestep.simulation.tables import read_tables
+    from sidestep.simulation.tables import DEEPEST, read_tables, tables_in
 
     data: dict[str, Any] = {} if file is None else read_tables(file)
     for change in changes:
         name, text = _pair("--set", change)
         try:
-            value = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
+            value = tables_in(f"value = {text}")["value"]
+        except ValueError:
             value = text
         *above, last = name.split(".")
+        if len(above) > DEEPEST:
+            raise InvalidInput("--set", change, f"a parameter at most {DEEPEST} tables deep")
         place = data
         for part in above:
             place = place.setdefault(part, {})

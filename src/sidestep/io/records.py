@@ -65,7 +65,7 @@ def read_record(path: str | Path) -> Record:
         return _assembled(meta, held)
     except InvalidFile:
         raise
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InvalidFile(str(path), str(error) or type(error).__name__, what) from None
 
 

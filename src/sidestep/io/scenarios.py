@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Sequence
 from importlib import resources
 from pathlib import Path
@@ -14,7 +13,7 @@ from sidestep.io.files import written
 from sidestep.io.toml import to_toml
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.settings import without_none
-from sidestep.simulation.tables import read_human_table
+from sidestep.simulation.tables import DEEPEST, read_human_table, tables_in
 
 if TYPE_CHECKING:
     from sidestep.obstacles import Obstacles
@@ -53,8 +52,8 @@ def load_scenario(name: str | Path, changes: Iterable[str] = (), **values: Any) 
     """
     text, source, stem = _text_of(name)
     try:
-        data: dict[str, Any] = without_none(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
+        data: dict[str, Any] = without_none(tables_in(text))
+    except ValueError as error:
         raise InvalidFile(source, str(error), "a TOML file") from None
     data.setdefault("name", stem)
     _absolute_files(data, Path(source).parent if source != stem else None)
@@ -121,6 +120,8 @@ def _apply(data: dict[str, Any], change: str) -> None:
     if not equals or not all(field.split(".")):
         raise InvalidInput("--set", change, "field=value, e.g. planner.horizon=5 or people.0.speed=1.2")
     *tables, last = field.split(".")
+    if len(tables) > DEEPEST:
+        raise InvalidInput("--set", change, f"a field at most {DEEPEST} tables deep")
     place: Any = data
     for depth, name in enumerate(tables):
         place = _entered(place, name, ".".join(tables[: depth + 1]))
@@ -152,6 +153,6 @@ def _value(text: str) -> Any:
     """A TOML value; what is not one is taken as text, so that words (`none` among them) need no quotes."""
     word = text.strip()
     try:
-        return tomllib.loads(f"value = {word}")["value"]
-    except tomllib.TOMLDecodeError:
+        return tables_in(f"value = {word}")["value"]
+    except ValueError:
         return word

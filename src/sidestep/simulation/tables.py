@@ -3,24 +3,53 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, cast
 
 from sidestep.errors import InvalidFile
 from sidestep.simulation.settings import without_none
 
+DEEPEST = 50
+"""Tables and lists within each other; what checks and copies them goes one call deeper for each."""
+_TOO_DEEP = f"tables or lists nested more than {DEEPEST} deep"
+
+
+def tables_in(text: str) -> dict[str, Any]:
+    """Return TOML text as nested tables.
+
+    Raises:
+        ValueError: it is no TOML, or tables and lists are nested deeper than `DEEPEST`.
+    """
+    try:
+        data = tomllib.loads(text)
+    except RecursionError:
+        raise ValueError(_TOO_DEEP) from None
+    level: list[Any] = [data]
+    for _ in range(DEEPEST):
+        level = [inner for value in level for inner in _within(value)]
+    if level:
+        raise ValueError(_TOO_DEEP)
+    return data
+
+
+def _within(value: Any) -> Collection[Any]:
+    if isinstance(value, Mapping):
+        return cast(Mapping[str, Any], value).values()
+    return cast(list[Any], value) if isinstance(value, list) else ()
+
 
 def read_tables(path: str | Path, allowed: str = "a TOML file") -> dict[str, Any]:
     """Return everything in a file, with None for each "none"; `allowed` says what it should be.
 
     Raises:
-        InvalidFile: the file is absent, or no TOML.
+        InvalidFile: the file is absent, or no TOML, or nested too deep.
     """
     try:
-        return without_none(tomllib.loads(Path(path).read_text(encoding="utf-8-sig")))
+        return without_none(tables_in(Path(path).read_text(encoding="utf-8-sig")))
     except FileNotFoundError:
         raise InvalidFile(str(path), "no such file", allowed) from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise InvalidFile(str(path), str(error), allowed) from None
 
 
