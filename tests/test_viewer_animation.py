@@ -79,6 +79,25 @@ def test_a_folder_that_is_not_there_is_named(suffix, tmp_path):
         animate(made_record(steps=3), tmp_path / "nowhere" / f"run.{suffix}", fps=2)
 
 
+@pytest.mark.parametrize("suffix", ["gif", "mp4"])
+@pytest.mark.parametrize("name", ["folder", "file/run", 250 * "n"])
+def test_a_film_in_place_of_something_else_is_refused(suffix, name, tmp_path):
+    if suffix == "mp4" and shutil.which("ffmpeg") is None:
+        pytest.skip("no ffmpeg on this machine")
+    (tmp_path / "file").touch()
+    (tmp_path / f"folder.{suffix}").mkdir()
+    with pytest.raises(OutputError, match="cannot be written"):
+        animate(made_record(steps=3), tmp_path / f"{name}.{suffix}", fps=2)
+    assert {path.name for path in tmp_path.iterdir()} == {"file", f"folder.{suffix}"}
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="no ffmpeg on this machine")
+def test_a_name_with_a_colon_is_a_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    animate(made_record(steps=3), "run-17:10.mp4", fps=2)
+    assert (tmp_path / "run-17:10.mp4").stat().st_size > 0
+
+
 def test_mp4_without_ffmpeg_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setattr(video.shutil, "which", lambda name: None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
@@ -91,6 +110,13 @@ def test_the_command_makes_a_film_beside_the_record(tmp_path, capsys):
     assert execute(["animate", str(record), "--out", str(tmp_path / "film.gif"), "--fps", "4", "--speed", "2"]) == 0
     assert capsys.readouterr().out == f"wrote {tmp_path / 'film.gif'}\n"
     assert len(frames(tmp_path / "film.gif")) == 5
-    for wrong in (["nothing.npz"], [str(record), "--out", "film.avi"], [str(record), "--fps", "900"]):
+    folder = tmp_path / "folder.gif"
+    folder.mkdir()
+    for wrong in (
+        ["nothing.npz"],
+        [str(record), "--out", str(tmp_path / "film.avi")],
+        [str(record), "--out", str(folder)],
+        [str(record), "--fps", "900"],
+    ):
         assert execute(["animate", *wrong]) == 2
         assert len(capsys.readouterr().err.splitlines()) == 1

@@ -15,10 +15,12 @@ def animate(record: Path, /, *, out: Path | None = None, fps: int = 20, speed: f
         speed: seconds of the run per second of film.
     """
     from sidestep.commands.console import show
+    from sidestep.io.files import ready_for
     from sidestep.io.records import read_record
     from sidestep.viewer.animation import animate as filmed
 
     shown = read_record(record)
     target = out or record.with_suffix(".mp4")
+    ready_for(target)
     filmed(shown, target, fps=fps, speed=speed)
     show(f"wrote {target}")
