@@ -243,3 +243,27 @@ def test_ways_out_of_a_wall_lead_out_once_and_into_no_other():
     ends = np.array([(1.2, 0.5), (2.5, 0.5), (-0.5, 0.5), (0.8, -1.0), (0.9, 0.8)])
     starts = np.full_like(ends, (0.9, 0.5))
     assert walls.come_out(starts, ends, 0.3).tolist() == [True, False, False, True, True]
+
+
+@pytest.mark.parametrize("walls", [Obstacles(), Obstacles(polygons=[SQUARE])], ids=["none", "some"])
+def test_where_nobody_knows_is_not_free(walls):
+    """A way from NaN had no end, and was walked along for ever; NaN itself was free."""
+    nan = (math.nan, 5.0)
+    assert walls.free([nan, (9.0, 9.0)]).tolist() == [False, True]
+    assert np.isnan(walls.distance(nan))
+    assert walls.segment_free([nan, (9.0, 9.0), (9.0, 8.0)], [(9.0, 9.0), nan, (9.0, 9.0)]).tolist() == [
+        False, False, True,
+    ]  # fmt: skip
+    assert not walls.segment_free((9.0, 9.0), (math.inf, 9.0))
+
+
+@pytest.mark.parametrize("points", ["here", [(1.0, 2.0), (3.0,)], {}, (1j, 0.0), (10**400, 0.0)])
+def test_what_is_no_place_is_refused_in_one_line(points):
+    walls = Obstacles(polygons=[[(0, 0), (1, 0), (1, 1)]])
+    for ask in (walls.free, walls.distance, lambda p: walls.segment_free((0.0, 0.0), p)):
+        with pytest.raises(InvalidInput, match=r"points: got .* allowed: \(…, 2\)"):
+            ask(points)
+    with pytest.raises(InvalidInput, match="margin: got"):
+        walls.free((1.0, 2.0), margin="wide")
+    with pytest.raises(InvalidInput, match="polygons"):
+        Obstacles(polygons=[[(10**400, 0), (1, 0), (1, 1)]])

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from sidestep._kernels.walls import PAD, free_points, free_segments, wall_distances
-from sidestep.checks import Checks, of_kind
+from sidestep.checks import Checks, measured_number, of_kind
 from sidestep.errors import InvalidInput
 from sidestep.lattice import Lattice
 from sidestep.types import BoolArray, FloatArray, VectorLike, frozen_array
@@ -96,14 +96,20 @@ class Obstacles:
         return bool(self.polygons) or (self.grid is not None and bool(self.grid.occupied.any()))
 
     def distance(self, points: FloatArray | VectorLike) -> FloatArray:
-        """Return (…,) m from `points` (…, d) m to the nearest wall: negative inside walls, inf without walls."""
+        """Return (…,) m from `points` (…, d) m to the nearest wall: negative inside walls, inf without walls.
+
+        NaN from where nobody knows, which is neither `free` nor on a way that is.
+        """
         flat, shape = _flat(points)
-        return wall_distances(flat, *self._shapes).reshape(shape)
+        found = wall_distances(flat, *self._shapes)
+        found[np.isnan(flat).any(axis=1)] = np.nan
+        return found.reshape(shape)
 
     def free(self, points: FloatArray | VectorLike, margin: float = 0.0) -> BoolArray:
         """Return (…,) whether `points` (…, d) m keep at least `margin` m from every wall."""
         flat, shape = _flat(points)
-        return free_points(flat, float(margin), *self._shapes, *self._samples).reshape(shape)
+        found = free_points(flat, measured_number("margin", margin), *self._shapes, *self._samples)
+        return (found & ~np.isnan(flat).any(axis=1)).reshape(shape)
 
     def segment_free(
         self, starts: FloatArray | VectorLike, ends: FloatArray | VectorLike, margin: float = 0.0
@@ -113,7 +119,12 @@ class Obstacles:
         b, other = _flat(ends)
         if shape != other:
             raise InvalidInput("ends", other, f"as many as starts: {shape}")
-        return free_segments(a, b, float(margin), SEGMENT_STEP, *self._shapes, *self._samples).reshape(shape)
+        kept = measured_number("margin", margin)
+        known = np.isfinite(a + b).all(axis=1)  # other ways have no end
+        a, b = a[known], b[known]
+        found = np.zeros(known.shape, dtype=np.bool_)
+        found[known] = free_segments(a, b, kept, SEGMENT_STEP, *self._shapes, *self._samples)
+        return found.reshape(shape)
 
     def come_out(self, starts: FloatArray, ends: FloatArray, margin: float) -> BoolArray:
         """Return (M,) whether ways (M, d) m from inside a wall lead out of it, and neither back nor into another.
@@ -190,7 +201,7 @@ def coarse_enough(width: float, height: float, cells: int) -> float:
 def _polygon(corners: FloatArray | Sequence[VectorLike], index: int) -> FloatArray:
     try:
         array = frozen_array(corners)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.zeros((0, 2))
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2 or not np.isfinite(array).all():
         raise InvalidInput(f"obstacles.polygons[{index}]", corners, "at least 2 finite corners (V, 2) m")
@@ -198,7 +209,10 @@ def _polygon(corners: FloatArray | Sequence[VectorLike], index: int) -> FloatArr
 
 
 def _flat(points: FloatArray | VectorLike) -> tuple[FloatArray, tuple[int, ...]]:
-    array = np.asarray(points, dtype=np.float64)
+    try:
+        array = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput("points", points, "(…, 2) or (…, 3) numbers (m)") from None
     if array.ndim == 0 or array.shape[-1] not in (2, 3):
         raise InvalidInput("points", array.shape, "(…, 2) or (…, 3) m")
     return np.ascontiguousarray(array[..., :2].reshape(-1, 2)), array.shape[:-1]
