@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -256,6 +258,12 @@ def test_what_is_no_announcement_is_refused_in_one_line():
     planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=4)
     with pytest.raises(InvalidInput, match=r"announce\.others.*Announced"):
         planner.announce(["here"])
+    with pytest.raises(InvalidInput, match=r"announced\.radius: got 'wide'; allowed: a number"):
+        Announced(path=[[0.0, 1.0], [2.0, 1.0]], radius="wide", settled=True)
+    with pytest.raises(InvalidInput, match=r"announced\.acceleration: got \[1.0\]; allowed: a number"):
+        Announced(path=[[0.0, 1.0], [2.0, 1.0]], radius=0.3, settled=True, acceleration=[1.0])
+    told = Announced(path=[[0.0, 1.0], [2.0, 1.0]], radius=Decimal("0.3"), settled=True, acceleration=Fraction(1, 2))
+    assert (told.radius, told.acceleration) == (0.3, 0.5)
     with pytest.raises(InvalidInput, match=r"announced\.path.*\(K \+ 1, d\) numbers"):
         Announced(path=[[0.0, 1.0], [2.0]], radius=0.3, settled=True)
 

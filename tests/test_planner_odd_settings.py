@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 import os
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -228,6 +230,21 @@ def test_what_is_told_in_another_way_than_is_asked_for_stops_the_robot_in_plain_
     assert plan.status == "stopped"
     assert plan.reason.startswith(words), plan.reason
     assert planner.step(time=1.0, robot=here, people=[]).status == "certified"
+
+
+@pytest.mark.parametrize(
+    "number", [Decimal, Fraction, np.float16, np.float32, np.longdouble, np.int64, np.bool_, np.array, lambda x: x > 0]
+)
+def test_numbers_of_any_kind_tell_the_time(number):
+    """Some ended in an internal error, from what is subtracted or compiled, and the robot stood."""
+    planner, same = (sidestep.Planner(robot=sidestep.Holonomic(), goal=(4.0, 0.0), horizon=3) for _ in range(2))
+    for time in (0, 1):
+        people = [sidestep.PersonObservation(id="a", position=[2.0, 1.0 - time], velocity=[0.0, -1.0], age=Decimal(0))]
+        plan = planner.step(time=number(time), robot=HERE, people=people)
+        expected = same.step(time=float(time), robot=HERE, people=people)
+        assert (type(plan.time), plan.time) == (float, time)
+        assert plan.reason == expected.reason
+        assert np.array_equal(plan.positions, expected.positions)
 
 
 def test_people_may_come_in_an_array():

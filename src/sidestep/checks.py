@@ -177,11 +177,20 @@ def measured_number(field: str, value: float) -> float:
     """
     if type(value) is float:
         return value
-    if value is np.ma.masked:
-        return math.nan
-    if isinstance(value, bool) or not isinstance(value, Real):
+    told = plainly(value)
+    if isinstance(value, bool | np.bool_) or not isinstance(told, Real):
         raise InvalidInput(field, value, "a number")
-    return _number(value)
+    return _number(told)
+
+
+def plainly(value: Any) -> Any:
+    """Return a number of any kind, a Decimal or an array without axes among them, as float; what is none as it is."""
+    if type(value) is float or isinstance(value, str | bytes | bytearray):
+        return value
+    try:
+        return math.nan if value is np.ma.masked else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return value
 
 
 def numbers_in(value: object) -> tuple[float, ...]:
@@ -200,6 +209,8 @@ def _number(value: object) -> float:
         return float(value)
     except OverflowError:
         return math.inf
+    except TypeError:  # NumPy counts a span of time among the integers
+        return math.nan
 
 
 def _plain(value: object, number: float) -> object:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from sidestep.checks import WIDEST, measured, of_kind
+from sidestep.checks import WIDEST, measured, measured_number, of_kind
 from sidestep.detour import Disc
 from sidestep.forecast import Forecast
 from sidestep.human.observation import PersonObservation
@@ -71,8 +71,11 @@ class Announced:
     def __post_init__(self) -> None:
         keep = object.__setattr__
         keep(self, "path", measured("announced.path", self.path, "(K + 1, d) numbers (m), K ≥ 1"))
+        keep(self, "radius", measured_number("announced.radius", self.radius))
         if self.velocity is not None:
             keep(self, "velocity", measured("announced.velocity", self.velocity, "(d,) numbers (m/s), or none"))
+        if self.acceleration is not None:
+            keep(self, "acceleration", measured_number("announced.acceleration", self.acceleration))
 
     def unusable(self, dimension: int, oldest: float = math.inf) -> str:
         """Say why nobody can tell where the robot will be, or ''; an announcement may be `oldest` s old."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from sidestep import compiling, minds, rehearsal
-from sidestep.checks import numbers_in, of_kind
+from sidestep.checks import numbers_in, of_kind, plainly
 from sidestep.crew import Crew
 from sidestep.detour import Course, Detours, Disc
 from sidestep.errors import InvalidInput, UnknownName
@@ -188,7 +188,7 @@ class Planner:
             wish: (d,) m/s, a velocity that another controller asks for: the plan begins as close to it as can be
                 certified (see `SafetyFilter`). What is not finite is not wished.
         """
-        started = perf_counter()
+        started, time = perf_counter(), plainly(time)
         with self._crew.busy:
             plan = self._answer(time, robot, people, started, wish)
             stopped = plan.status == "stopped"
