@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +22,17 @@ def square_once_killed(piece):
     x, marker = piece
     if x == 3 and not Path(marker).exists():
         Path(marker).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return x, x * x
+
+
+def now_and_then_killed(piece):
+    """Every fifth piece is killed the first time, after a while in which others are finished."""
+    x, folder = piece
+    marker = Path(folder) / str(x)
+    if x % 5 == 4 and not marker.exists():
+        time.sleep(0.3)
+        marker.touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return x, x * x
 
@@ -53,6 +65,14 @@ def test_a_killed_worker_is_replaced(tmp_path):
     found = sorted(run_pieces(square_once_killed, pieces, workers=2))
     assert (tmp_path / "killed").exists()
     assert found == [(x, x * x) for x in range(12)]
+
+
+@pytest.mark.slow
+def test_workers_that_die_now_and_then_do_not_end_a_long_run(tmp_path):
+    pytest.importorskip("joblib")
+    pieces = [(x, str(tmp_path)) for x in range(50)]
+    assert sorted(run_pieces(now_and_then_killed, pieces, workers=2)) == [(x, x * x) for x in range(50)]
+    assert len(list(tmp_path.iterdir())) == 10
 
 
 @pytest.mark.slow

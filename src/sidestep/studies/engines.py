@@ -17,7 +17,7 @@ from sidestep.errors import InvalidInput, MissingExtra, SidestepError
 
 Piece = TypeVar("Piece")
 Result = TypeVar("Result")
-ATTEMPTS = 3  # at a piece whose worker was killed
+ATTEMPTS = 3  # at a piece whose worker was killed, or in a row at which none was finished
 
 
 class WorkersLost(SidestepError):  # noqa: N818 (reads as a sentence where it is caught)
@@ -26,7 +26,7 @@ class WorkersLost(SidestepError):  # noqa: N818 (reads as a sentence where it is
     def __init__(self, left: int) -> None:
         self.left = left
         super().__init__(
-            f"workers: killed {ATTEMPTS} times with {left} pieces of work left; "
+            f"workers: killed {ATTEMPTS} times in a row, with {left} pieces of work left; "
             "what is done is kept: run the same command again, with fewer --workers if memory is short"
         )
 
@@ -164,7 +164,7 @@ def run_pieces(
     Raises:
         InvalidInput: there is no such engine, or it has no cluster at an address.
         MissingExtra: the engine is not installed.
-        WorkersLost: workers were killed `ATTEMPTS` times.
+        WorkersLost: workers were killed `ATTEMPTS` times before any piece was finished.
     """
     workers = processes(workers)
     _check(engine, address)
@@ -189,8 +189,8 @@ def _with_joblib(work: Callable[[Piece], Result], pieces: Sequence[Piece], worke
         from joblib.externals.loky.process_executor import TerminatedWorkerError
     except ImportError:
         raise MissingExtra("more than one worker", "studies") from None
-    left = list(range(len(pieces)))
-    for _ in range(ATTEMPTS):
+    left, attempts = list(range(len(pieces))), 0
+    while attempts < ATTEMPTS:
         done: set[int] = set()
         jobs = (delayed(_numbered)(work, i, pieces[i]) for i in left)
         try:
@@ -202,6 +202,7 @@ def _with_joblib(work: Callable[[Piece], Result], pieces: Sequence[Piece], worke
                 yield result
         except TerminatedWorkerError:  # a worker was killed; the others' unfinished pieces are lost with it
             left = [i for i in left if i not in done]
+            attempts = 0 if done else attempts + 1
             continue
         return
     raise WorkersLost(len(left))
