@@ -122,7 +122,7 @@ def test_the_installed_command_and_the_module_are_the_same():
     assert "did you mean 'run'" in done.stderr
 
 
-@pytest.mark.parametrize("argv", [["--help"], ["--version"], ["cite", "all"]])
+@pytest.mark.parametrize("argv", [["--help"], ["--version"], ["cite", "all"], ["run", "--help"], ["scenarios"]])
 def test_who_reads_no_further_gets_no_traceback(argv):
     code = f"import sys; from sidestep.cli import execute; sys.exit(execute({argv!r}))"
     reading, writing = os.pipe()

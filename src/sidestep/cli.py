@@ -100,10 +100,13 @@ def _help(rest: list[str]) -> int:
 def _call(arguments: list[str]) -> int:
     from cyclopts import App, CycloptsError, Parameter
 
+    from sidestep.commands.pipes import Output
     from sidestep.errors import InvalidInput, MissingExtra, OutputError, SidestepError
 
     # What is interrupted is told by `execute`; cyclopts would end the program without a word.
-    app = App(name="sidestep", version_flags=(), help_format="plaintext", suppress_keyboard_interrupt=False)
+    app = App(
+        name="sidestep", version_flags=(), help_format="plaintext", suppress_keyboard_interrupt=False, console=Output()
+    )
     app.default_parameter = Parameter(converter=_converted)
     name = arguments[0]
     app.command(COMMANDS[name][0], name=name)

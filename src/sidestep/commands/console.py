@@ -29,8 +29,9 @@ def show(text: str) -> None:
 
 def table(rows: Iterable[Sequence[str]], *, title: str = "", header: Sequence[str] = ()) -> None:
     """Print a table on stdout: the first column names, the others tell."""
-    from rich.console import Console
     from rich.table import Table
+
+    from sidestep.commands.pipes import Output
 
     grid = Table(title=title or None, title_justify="left", show_header=bool(header), box=None, pad_edge=False)
     entries = [list(row) for row in rows]
@@ -38,7 +39,7 @@ def table(rows: Iterable[Sequence[str]], *, title: str = "", header: Sequence[st
         grid.add_column(header[column] if header else "", style="bold" if column == 0 else None, overflow="fold")
     for row in entries:
         grid.add_row(*row)
-    console = Console(highlight=False)
+    console = Output(highlight=False)
     if not console.is_terminal:
         console.width = max(console.width, IN_FILES)
     console.print(grid, markup=False)
