@@ -131,3 +131,25 @@ def test_who_reads_no_further_gets_no_traceback(argv):
     os.close(writing)
     assert done.stderr == ""
     assert done.returncode == 0
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("arguments", ["--version", "scenarios", "run --help"])
+def test_closed_streams_are_no_fault(closed, arguments):
+    told = subprocess.run(f"{sys.executable} -m sidestep {arguments} {closed}", shell=True, check=False, timeout=60)
+    assert told.returncode == 0
+
+
+@pytest.mark.parametrize(("encoding", "expected"), [("ascii", b"\\u2013 \\xe4"), ("latin-1", b"\\u2013 \xe4")])
+def test_what_an_encoding_lacks_is_escaped(encoding, expected):
+    code = "import sys; from sidestep import cli; cli.execute = lambda _: print('\u2013 \xe4'); cli.main()"
+    environment = {**os.environ, "PYTHONIOENCODING": encoding}
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, env=environment)
+    assert told.stdout.strip() == expected
+
+
+def test_a_terminal_of_one_column_shows_help_all_the_same():
+    environment = {**os.environ, "COLUMNS": "1"}
+    command = [sys.executable, "-m", "sidestep", "run", "--help"]
+    told = subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=60)
+    assert "Send a robot past" in told.stdout

@@ -1,6 +1,7 @@
 """Scenario files: what ships, what users write, what `--set` changes, and what goes wrong."""
 
 import math
+import os
 import tomllib
 
 import pytest
@@ -219,3 +220,11 @@ def test_walls_come_from_polygons_and_the_map_beside_the_file(tmp_path):
     assert not obstacles.free((-8.2, 0.2))
     assert obstacles.free((0.0, 0.0))
     assert load_obstacles(load_scenario("crossing")) is None
+
+
+def test_a_file_may_have_a_name_that_is_no_text(tmp_path):
+    """It was refused as a name that is no string, which nobody had given."""
+    path = tmp_path / os.fsdecode(b"sz\xe4ne.toml")
+    path.write_text(shipped_text("crossing"))
+    scenario = load_scenario(path)
+    assert scenario.name == "sz\ufffdne"

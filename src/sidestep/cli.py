@@ -8,12 +8,14 @@ Exit status: 0 success, 2 bad input (one line on stderr), 1 a failure of ours, 1
 
 from __future__ import annotations
 
+import codecs
 import difflib
 import errno
+import io
 import os
 import sys
 from collections.abc import Sequence
-from typing import Any, get_args
+from typing import Any, TextIO, get_args
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "scenarios": ("sidestep.commands.scenarios:scenarios", "list what can be run, or print a scenario as TOML"),
@@ -45,7 +47,21 @@ _UNHEARD = (errno.EPIPE, errno.ENOSPC, errno.EDQUOT)
 
 def main() -> None:
     """Run the command line and exit."""
+    sys.stdout, sys.stderr = _writable(sys.stdout), _writable(sys.stderr)
     sys.exit(execute(sys.argv[1:]))
+
+
+def _writable(stream: TextIO | None) -> TextIO:
+    """Return a stream that takes any text: nowhere where it is closed, else written as far as its encoding goes.
+
+    What an encoding lacks is escaped; bytes of file names that are no UTF-8 come out as they were.
+    """
+    if stream is None:
+        return open(os.devnull, "w", encoding="utf-8")
+    if isinstance(stream, io.TextIOWrapper) and stream.errors in ("strict", "surrogateescape"):
+        utf8 = codecs.lookup(stream.encoding).name == "utf-8"
+        stream.reconfigure(errors="surrogateescape" if utf8 else "backslashreplace")
+    return stream
 
 
 def execute(argv: Sequence[str]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from importlib import resources
 from pathlib import Path
@@ -96,7 +97,7 @@ def _text_of(name: str | Path) -> tuple[str, str, str]:
     if not (isinstance(name, Path) or word.endswith(".toml") or "/" in word):
         return shipped_text(word), word, word
     try:
-        return path.read_text(encoding="utf-8-sig"), word, path.stem
+        return path.read_text(encoding="utf-8-sig"), word, os.fsencode(path.stem).decode(errors="replace")
     except FileNotFoundError:
         raise InvalidFile(word, "no such file", f"a TOML file, or one of {', '.join(shipped_names())}") from None
     except (OSError, UnicodeDecodeError) as error:
