@@ -271,6 +271,12 @@ def test_what_is_measured_and_no_numbers_is_refused_in_one_line(make, field, val
     assert len(str(caught.value).splitlines()) == 1
 
 
+@pytest.mark.parametrize("goal", [np.zeros((3, 2)), "on\ntwo lines"])
+def test_a_value_of_several_lines_is_told_in_one(goal):
+    with pytest.raises(InvalidInput, match=r"^planner\.goal: got [^\n]*; allowed: [^\n]*$"):
+        Planner(robot=Holonomic(), goal=goal)
+
+
 def test_what_is_masked_was_not_measured():
     """What lay under the mask was taken for the place."""
     masked = np.ma.masked_array([0.0, -4.0], mask=[False, True])

@@ -23,6 +23,24 @@ from sidestep.prediction.occupancy import predict
 from test_planner_faults import check, check_bounds
 
 PLANNERS = int(os.environ.get("SIDESTEP_FAULT_PLANNERS", "30"))
+
+
+class Undecided:
+    """Like the NA of pandas, which is neither equal to anything nor different from it."""
+
+    def __eq__(self, other):
+        return self
+
+    __hash__ = None
+    __ne__ = __lt__ = __gt__ = __eq__
+
+    def __bool__(self):
+        raise TypeError("boolean value of NA is ambiguous")
+
+    def __str__(self):
+        return "unknown"
+
+
 HERE = sidestep.RobotState(position=[0.0, 0.0])
 UNFILTERED = sidestep.HumanModel(motion_filter=False, evidence="action")
 
@@ -214,6 +232,7 @@ def test_people_who_share_an_id_of_any_type_are_told_apart():
     [
         ({"time": None}, "time is None"),
         ({"time": "now"}, "time is now"),
+        ({"time": Undecided()}, "time is unknown"),
         ({"time": 10**400}, "time is 1000"),
         ({"people": [("a", 2.0, 0.1)]}, "there is a tuple among people, not a PersonObservation"),
         ({"people": sidestep.PersonObservation(id="a", position=[2.0, 0.1])}, "people is one PersonObservation, not a"),

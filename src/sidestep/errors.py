@@ -85,5 +85,5 @@ class OutputError(SidestepError, OSError):
 
 
 def _short(value: object) -> str:
-    text = repr(value)
+    text = " ".join(map(str.strip, repr(value).splitlines()))
     return text if len(text) <= 80 else text[:77] + "..."

@@ -33,16 +33,17 @@ class OwnMotion:
 
     def asks(self, time: float, velocity: Vector | None) -> None:
         """Keep what is asked for at `time` s: (d,) m/s of the reference, or None for a stop."""
-        if time != self._asked[0]:
+        at = time if isinstance(time, float) else math.nan  # what was told may be no time, nor compare with one
+        if at != self._asked[0]:
             self._held = self._asked
-        self._asked = time, velocity
+        self._asked = at, velocity
 
     def velocity(self, time: float, state: RobotState) -> Vector | None:
         """(d,) m/s, that the robot moves with: as measured where acceleration is limited, else as last asked for."""
         if self._robot.planning_acceleration is not None:
             return self._robot.reference_velocity(state)
         since, velocity = self._held if time == self._asked[0] else self._asked
-        if velocity is None or time - since > self._timeout:  # of a stop, `since` is whatever was told, a time or not
+        if velocity is None or time - since > self._timeout:
             return None
         return velocity
 
