@@ -121,7 +121,8 @@ class Obstacles:
             raise InvalidInput("ends", other, f"as many as starts: {shape}")
         kept = measured_number("margin", margin)
         known = np.isfinite(a + b).all(axis=1)  # other ways have no end
-        a, b = a[known], b[known]
+        if not known.all():
+            a, b = a[known], b[known]
         found = np.zeros(known.shape, dtype=np.bool_)
         found[known] = free_segments(a, b, kept, SEGMENT_STEP, *self._shapes, *self._samples)
         return found.reshape(shape)
