@@ -60,15 +60,11 @@ def replay(
 def _parameters(file: Path | None, changes: tuple[str, ...]) -> dict[str, Any]:
     """Nested parameters: the file's, then the single changes."""
     from sidestep.errors import InvalidInput
-    from sidestep.simulation.tables import DEEPEST, read_tables, tables_in
+    from sidestep.simulation.tables import DEEPEST, read_tables, value_in
 
     data: dict[str, Any] = {} if file is None else read_tables(file)
     for change in changes:
         name, text = _pair("--set", change)
-        try:
-            value = tables_in(f"value = {text}")["value"]
-        except ValueError:
-            value = text
         *above, last = name.split(".")
         if len(above) > DEEPEST:
             raise InvalidInput("--set", change, f"a parameter at most {DEEPEST} tables deep")
@@ -77,7 +73,7 @@ def _parameters(file: Path | None, changes: tuple[str, ...]) -> dict[str, Any]:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
                 raise InvalidInput("--set", change, "TABLE.FIELD=VALUE")
-        place[last] = value
+        place[last] = value_in(text)
     return data
 
 

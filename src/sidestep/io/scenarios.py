@@ -14,7 +14,7 @@ from sidestep.io.files import written
 from sidestep.io.toml import to_toml
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.settings import without_none
-from sidestep.simulation.tables import DEEPEST, read_human_table, tables_in
+from sidestep.simulation.tables import DEEPEST, read_human_table, tables_in, value_in
 
 if TYPE_CHECKING:
     from sidestep.obstacles import Obstacles
@@ -128,9 +128,9 @@ def _apply(data: dict[str, Any], change: str) -> None:
         place = _entered(place, name, ".".join(tables[: depth + 1]))
     if isinstance(place, list):
         people = cast(list[Any], place)
-        people[_index(people, last, field)] = _value(text)
+        people[_index(people, last, field)] = value_in(text.strip())
     elif isinstance(place, dict):
-        place[last] = _value(text)
+        place[last] = value_in(text.strip())
     else:
         raise InvalidInput(field, text, "a field of a table", f"{'.'.join(tables)} is a single value")
 
@@ -148,12 +148,3 @@ def _index(entries: Sequence[Any], name: str, field: str) -> int:
     if not name.isdecimal() or int(name) >= len(entries):
         raise InvalidInput(field, name, f"0 to {len(entries) - 1}" if entries else "nothing: the list is empty")
     return int(name)
-
-
-def _value(text: str) -> Any:
-    """A TOML value; what is not one is taken as text, so that words (`none` among them) need no quotes."""
-    word = text.strip()
-    try:
-        return tables_in(f"value = {word}")["value"]
-    except ValueError:
-        return word

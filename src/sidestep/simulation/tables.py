@@ -33,6 +33,14 @@ def tables_in(text: str) -> dict[str, Any]:
     return data
 
 
+def value_in(text: str) -> Any:
+    """Return a TOML value; what is none is taken as the text that it is, so that words need no quotes."""
+    try:
+        return tables_in(f"value = {text}")["value"]
+    except ValueError:
+        return text
+
+
 def _within(value: Any) -> Collection[Any]:
     if isinstance(value, Mapping):
         return cast(Mapping[str, Any], value).values()
