@@ -271,7 +271,8 @@ class Planner:
         course = Course(self._site.field)
         if wanted.size == 0:
             course = self._detours.course(self._site, self._discs(), here=start, time=time)
-        horizon = self._pace.horizon(settings, self._own.time_to_stand(state, self._interval))
+        standing = self._own.time_to_stand(state, self._interval)
+        horizon = self._pace.horizon(settings, standing, self._site.farthest)
         around = circumstances(
             settings,
             self.robot,
