@@ -43,6 +43,9 @@ CASES: dict[str, dict[str, Any]] = {
     "… faster than the robot (1.5 m/s)": {"person": {"goal_changes": PURSUIT, "speed": 1.5}},
     "… and the robot is slow (0.3 m/s)": {"person": {"goal_changes": PURSUIT}, "robot": {"max_speed": 0.3}},
     "three abreast": {"abreast": 3},
+    "walks in zigzag": {"person": {"decision_interval": 0.1}, "walk": "zigzag"},
+    "walks ahead, stops, and steps back": {"person": {"decision_interval": 0.1}, "walk": "back"},
+    "stands beside the way, and sets off across it": {"person": {"decision_interval": 0.1}, "walk": "sets off"},
     "walks straight on; the base brakes at 1 m/s²": {"robot": {"max_acceleration": 1.0}},
     "… and the planner does not know": {"robot": {"max_acceleration": 1.0}, "untold": True},
     "every second step random; the base brakes at 0.5 m/s²": {
@@ -54,7 +57,55 @@ CASES: dict[str, dict[str, Any]] = {
         "robot": {"max_acceleration": 0.5},
         "untold": True,
     },
-}
+    "walks in zigzag; the base brakes at 1 m/s²": {
+        "person": {"decision_interval": 0.1}, "walk": "zigzag", "robot": {"max_acceleration": 1.0},
+    },
+    "walks ahead, stops, and steps back; 1 m/s²": {
+        "person": {"decision_interval": 0.1}, "walk": "back", "robot": {"max_acceleration": 1.0},
+    },
+    "sets off across its way; 1 m/s²": {
+        "person": {"decision_interval": 0.1}, "walk": "sets off", "robot": {"max_acceleration": 1.0},
+    },
+}  # fmt: skip
+FAR = 100.0  # m to a goal that only says which way
+
+
+def zigzag(generator: np.random.Generator) -> dict[str, Any]:
+    """Turns by 60 to 115° and back, every 0.6 to 1.6 s, on the way past the middle of the robot's way."""
+    speed, way, turn = generator.uniform(0.8, 1.6), generator.uniform(1.0, 5.3), generator.uniform(0.5, 1.0)
+    period, first = generator.uniform(0.6, 1.6), generator.uniform(0.0, 1.0)
+    both = [FAR * np.array([np.cos(way + side), np.sin(way + side)]) for side in (turn, -turn)]
+    start = np.array([4.0, 0.0]) - 0.05 * speed * np.mean(both, axis=0) / np.cos(turn)
+    turns = [{"time": first * period + period * k, "goal": both[k % 2].tolist()} for k in range(40)]
+    return {"speed": speed, "start": start.tolist(), "goal": both[1].tolist(), "goal_changes": turns}
+
+
+def steps_back(generator: np.random.Generator) -> dict[str, Any]:
+    """Walks before the robot as fast or a little slower, stands for 0.4 s, and comes back."""
+    speed, stops = generator.uniform(0.7, 1.1), generator.uniform(2.0, 5.0)
+    start = np.array([generator.uniform(1.2, 2.0), generator.uniform(-0.3, 0.3)])
+    stood = (start + np.array([speed * stops, 0.0])).tolist()
+    back = [{"time": stops + 0.4, "goal": [-FAR, start[1]]}]
+    return {"speed": speed, "start": start.tolist(), "goal": stood, "goal_changes": back, "arrives_with": [speed, 0.0]}
+
+
+def sets_off(generator: np.random.Generator) -> dict[str, Any]:
+    """Stands 0.8 to 1.8 m beside the way, and walks across it when the robot is 1.2 to 2.5 m before."""
+    start = np.array([generator.uniform(3.0, 5.0), generator.choice([-1.0, 1.0]) * generator.uniform(0.8, 1.8)])
+    askew, speed = generator.uniform(-0.5, 0.5), generator.uniform(0.8, 1.8)
+    across = start + FAR * np.array([np.sin(askew), -np.sign(start[1]) * np.cos(askew)])
+    when = start[0] - generator.uniform(0.5, 2.0)  # s; the robot takes about one for a metre
+    goes = [{"time": when, "goal": across.tolist()}]
+    return {
+        "speed": speed,
+        "start": start.tolist(),
+        "goal": start.tolist(),
+        "goal_changes": goes,
+        "arrives_with": [0, 0],
+    }
+
+
+WALKS = {"zigzag": zigzag, "back": steps_back, "sets off": sets_off}
 
 
 def scenario(case: dict[str, Any], seed: int) -> sidestep.Scenario:
@@ -72,7 +123,8 @@ def scenario(case: dict[str, Any], seed: int) -> sidestep.Scenario:
         start = meet + aside - pace * when * along
         person = {"kind": "straight", "speed": pace, "goal_known": False, "arrives_with": (pace * along).tolist()}
         person |= {"start": start.tolist(), "goal": (meet + aside + 20 * along).tolist(), "decision_interval": 0.5}
-        people.append(person | case.get("person", {}))
+        walk = WALKS[case["walk"]](generator) if "walk" in case else {}
+        people.append(person | walk | case.get("person", {}))
     data = {
         "name": "limits",
         "seed": seed,
