@@ -261,7 +261,7 @@ class Situation:
         s, robot, d = self.settings, self.robot, self.start.size
         if s.polish:
             return math.inf
-        cells = s.search_resolution or resolution(self.around.horizon, d, robot.shape)
+        cells = resolution(self.around.horizon, d, robot.shape, s.search_resolution)
         return self._slope * s.time_step * self.around.interval * cells / (robot.planning_speed * math.sqrt(d))
 
     @property

@@ -69,7 +69,7 @@ class SearchMaps:
 def prepare(problem: PlanningProblem, slack: float = 0.0) -> SearchMaps:
     """Lay the lattice around the robot and put goal costs, walls and risk on it; look at least as far as `slack`."""
     d = problem.dimension
-    radius = problem.resolution or resolution(problem.horizon, d, problem.shape)
+    radius = resolution(problem.horizon, d, problem.shape, problem.resolution)
     spacing = problem.max_speed * problem.time_step / radius
     active = active_axes(d)
     stage = _goal_costs(problem, spacing, _reach(radius, problem.horizon, d))
@@ -267,8 +267,10 @@ def _among_three_axes(radius: int, dimension: int, shape: str) -> IntArray:
 
 
 @lru_cache(maxsize=64)
-def resolution(horizon: int, dimension: int, shape: str) -> int:
-    """Return the largest K within `BUDGET` (at most `FINEST`, at least 2)."""
+def resolution(horizon: int, dimension: int, shape: str, asked: int | None = None) -> int:
+    """Return K as `asked`, or the largest one within `BUDGET` (at most `FINEST`, at least 2)."""
+    if asked is not None:
+        return asked
     for radius in range(FINEST[dimension], 2, -1):
         taps = len(lattice_taps(radius, dimension, shape))
         cells = sum((2 * radius * k + 1) ** dimension for k in range(horizon))
