@@ -102,14 +102,19 @@ class Obstacles:
         """
         flat, shape = _flat(points)
         found = wall_distances(flat, *self._shapes)
-        found[np.isnan(flat).any(axis=1)] = np.nan
+        unknown = np.isnan(flat)
+        if unknown.any():
+            found[unknown.any(axis=1)] = np.nan
         return found.reshape(shape)
 
     def free(self, points: FloatArray | VectorLike, margin: float = 0.0) -> BoolArray:
         """Return (…,) whether `points` (…, d) m keep at least `margin` m from every wall."""
         flat, shape = _flat(points)
         found = free_points(flat, measured_number("margin", margin), *self._shapes, *self._samples)
-        return (found & ~np.isnan(flat).any(axis=1)).reshape(shape)
+        unknown = np.isnan(flat)
+        if unknown.any():
+            found[unknown.any(axis=1)] = False
+        return found.reshape(shape)
 
     def segment_free(
         self, starts: FloatArray | VectorLike, ends: FloatArray | VectorLike, margin: float = 0.0
@@ -120,11 +125,12 @@ class Obstacles:
         if shape != other:
             raise InvalidInput("ends", other, f"as many as starts: {shape}")
         kept = measured_number("margin", margin)
-        known = np.isfinite(a + b).all(axis=1)  # other ways have no end
-        if not known.all():
-            a, b = a[known], b[known]
-        found = np.zeros(known.shape, dtype=np.bool_)
-        found[known] = free_segments(a, b, kept, SEGMENT_STEP, *self._shapes, *self._samples)
+        known = np.isfinite(a + b)  # other ways have no end
+        if known.all():
+            return free_segments(a, b, kept, SEGMENT_STEP, *self._shapes, *self._samples).reshape(shape)
+        whole = known.all(axis=1)
+        found = np.zeros(whole.shape, dtype=np.bool_)
+        found[whole] = free_segments(a[whole], b[whole], kept, SEGMENT_STEP, *self._shapes, *self._samples)
         return found.reshape(shape)
 
     def come_out(self, starts: FloatArray, ends: FloatArray, margin: float) -> BoolArray:
