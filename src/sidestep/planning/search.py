@@ -128,15 +128,16 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
 
 def _look(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: float, path: Path) -> float:
     """One backward induction over what the maps hold: its cost, and `path` (N+1, d) m written."""
-    share, rasters = problem.half_share, maps.rasters
+    share, lattice, rasters = problem.half_share, maps.lattice, maps.rasters
     steep = sealed(share * problem.excess_weights) if problem.graded else _forbidding(problem.horizon)
     given = (
-        problem.start, maps.spacing, problem.horizon, maps.radius, maps.active, maps.moves, maps.effort, maps.first,
-        maps.stage, maps.terminal, maps.blocked, maps.blocked_halfway, rasters.values, rasters.starts, rasters.some,
-        *rasters.boxes, share * weight, limit * (1 + 1e-6) + 1e-9, steep, problem.standing_share, *maps.boxes,
+        problem.start, lattice.spacing, problem.horizon, lattice.radius, lattice.active, lattice.moves, lattice.effort,
+        maps.first, maps.stage, maps.terminal, maps.blocked, maps.blocked_halfway,
+        rasters.values, rasters.starts, rasters.some, *rasters.boxes,
+        share * weight, limit * (1 + 1e-6) + 1e-9, steep, problem.standing_share, *maps.boxes,
     )  # fmt: skip
-    change = math.inf if problem.inertia is None else problem.inertia.taps_apart(maps.spacing)
-    if change >= 2 * maps.radius * math.sqrt(problem.dimension):  # any tap may follow any other
+    change = math.inf if problem.inertia is None else problem.inertia.taps_apart(lattice.spacing)
+    if change >= 2 * lattice.radius * math.sqrt(problem.dimension):  # any tap may follow any other
         return cheapest_path(*given, path)
     return gentle_path(*given, change, path)
 

@@ -30,16 +30,62 @@ AROUND = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RobotLattice:
+    """The robot's own lattice: cells around where it is, and the actions that lead from one to another.
+
+    Attributes:
+        spacing: m; radius: K, largest tap per axis; active: (3,) 1 where an axis exists, the last ones.
+        taps: (n, d) cells, the actions; the first is standing still; moves: (n, 3), the same among three axes.
+        pace: m/s of one cell per step; velocities: (n, d) m/s of the taps; effort: (n,) their cost ‖u‖²_θ6.
+    """
+
+    spacing: float
+    radius: int
+    active: IntArray
+    taps: IntArray
+    moves: IntArray
+    pace: float
+    velocities: FloatArray
+    effort: NDArray[np.float32]
+
+
+@lru_cache(maxsize=64)
+def robot_lattice(
+    radius: int,
+    dimension: int,
+    shape: str,
+    max_speed: float,
+    time_step: float,
+    effort_weight: float | tuple[float, ...],
+) -> RobotLattice:
+    """Return the lattice on which `max_speed` (m/s) along an axis is `radius` cells per step of `time_step` s."""
+    taps, spacing = lattice_taps(radius, dimension, shape), max_speed * time_step / radius
+    moves = np.zeros((len(taps), 3), dtype=np.int64)
+    moves[:, 3 - dimension :] = taps
+    moves.setflags(write=False)
+    pace = spacing / time_step
+    velocities = taps * np.float64(pace)
+    return RobotLattice(
+        spacing=spacing,
+        radius=radius,
+        active=active_axes(dimension),
+        taps=taps,
+        moves=moves,
+        pace=pace,
+        velocities=velocities,
+        effort=(velocities * velocities * effort_weight).sum(axis=-1).astype(np.float32),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SearchMaps:
     """What a search reads. Made once, searched often.
 
     Attributes:
-        taps: (n, d) cells, the actions; the first is standing still; moves: (n, 3), the same among three axes.
-        velocities: (n, d) m/s of them.
-        spacing: m; radius: K, largest tap per axis; active: (3,) 1 where an axis exists, the last ones.
+        lattice: cells and actions.
         stage, terminal: goal costs over the reachable box, among three axes, above their smallest value.
         blocked, blocked_halfway: walls, or empty.
-        effort: (n,) cost of each tap; first: (n,) further cost at the first step.
+        first: (n,) further cost of each tap at the first step.
         to_go: what is paid at least from each step on, without risk, as `costs_to_go` returns it.
         slack: by how much a motion that is looked at may cost more than the cheapest without risk.
         least: cost of that one.
@@ -47,17 +93,11 @@ class SearchMaps:
         rasters: the risk over them, between them and close around.
     """
 
-    taps: IntArray
-    moves: IntArray
-    velocities: FloatArray
-    spacing: float
-    radius: int
-    active: IntArray
+    lattice: RobotLattice
     stage: NDArray[np.float32]
     terminal: NDArray[np.float32]
     blocked: BoolArray
     blocked_halfway: BoolArray
-    effort: NDArray[np.float32]
     first: NDArray[np.float32]
     to_go: tuple[NDArray[np.float32], IntArray]
     slack: float
@@ -65,35 +105,30 @@ class SearchMaps:
     boxes: Boxes
     rasters: RiskRasters
 
+    @property
+    def spacing(self) -> float:
+        """Metres between cells."""
+        return self.lattice.spacing
+
 
 def prepare(problem: PlanningProblem, slack: float = 0.0) -> SearchMaps:
     """Lay the lattice around the robot and put goal costs, walls and risk on it; look at least as far as `slack`."""
-    d = problem.dimension
-    radius = resolution(problem.horizon, d, problem.shape, problem.resolution)
-    spacing = problem.max_speed * problem.time_step / radius
-    active = active_axes(d)
-    stage = _goal_costs(problem, spacing, _reach(radius, problem.horizon, d))
-    blocked, blocked_halfway = _NO_WALLS if problem.obstacles is None else _walls(problem, spacing, radius, active)
-    moves = _among_three_axes(radius, d, problem.shape)
-    velocities = lattice_velocities(radius, d, problem.shape, spacing / problem.time_step)
-    effort = tap_efforts(radius, d, problem.shape, spacing / problem.time_step, problem.effort_weight)
+    d, horizon = problem.dimension, problem.horizon
+    radius = resolution(horizon, d, problem.shape, problem.resolution)
+    lattice = robot_lattice(radius, d, problem.shape, problem.max_speed, problem.time_step, problem.effort_weight)
+    stage = _goal_costs(problem, lattice.spacing, _reach(radius, horizon, d))
+    blocked, blocked_halfway = _NO_WALLS if problem.obstacles is None else _walls(problem, lattice)
     terminal = np.float32(problem.terminal_weight) * stage
-    first = _first_costs(problem, velocities, spacing / problem.time_step)
-    to_go = costs_to_go(problem.horizon, radius, active, moves, effort, stage, terminal, blocked)
+    first = _first_costs(problem, lattice)
+    to_go = costs_to_go(horizon, radius, lattice.active, lattice.moves, lattice.effort, stage, terminal, blocked)
     slack = max(first_slack(problem, stage, radius), slack)
-    least, boxes, rasters = _look(problem, spacing, radius, moves, effort, first, stage, blocked, to_go, slack)
+    least, boxes, rasters = _look(problem, lattice, first, stage, blocked, to_go, slack)
     return SearchMaps(
-        taps=lattice_taps(radius, d, problem.shape),
-        moves=moves,
-        velocities=velocities,
-        spacing=spacing,
-        radius=radius,
-        active=active,
+        lattice=lattice,
         stage=stage,
         terminal=terminal,
         blocked=blocked,
         blocked_halfway=blocked_halfway,
-        effort=effort,
         first=first,
         to_go=to_go,
         slack=slack,
@@ -103,24 +138,9 @@ def prepare(problem: PlanningProblem, slack: float = 0.0) -> SearchMaps:
     )
 
 
-@lru_cache(maxsize=64)
-def lattice_velocities(radius: int, dimension: int, shape: str, pace: float) -> FloatArray:
-    """(n, d) m/s of the taps of `lattice_taps`, `pace` (m/s) being that of one cell per step."""
-    return lattice_taps(radius, dimension, shape) * np.float64(pace)
-
-
-@lru_cache(maxsize=64)
-def tap_efforts(
-    radius: int, dimension: int, shape: str, pace: float, weight: float | tuple[float, ...]
-) -> NDArray[np.float32]:
-    """(n,) ‖u‖²_θ6 of these velocities."""
-    velocities = lattice_velocities(radius, dimension, shape, pace)
-    return (velocities * velocities * weight).sum(axis=-1).astype(np.float32)
-
-
 def again(problem: PlanningProblem, maps: SearchMaps) -> SearchMaps:
     """The maps of another problem for one that differs in nothing but what risk costs, or the first step."""
-    first = _first_costs(problem, maps.velocities, maps.spacing / problem.time_step)
+    first = _first_costs(problem, maps.lattice)
     if np.array_equal(first, maps.first):
         return maps
     return within(problem, replace(maps, first=first), maps.slack)
@@ -138,19 +158,13 @@ def first_slack(problem: PlanningProblem, stage: NDArray[np.float32], radius: in
 
 def within(problem: PlanningProblem, maps: SearchMaps, slack: float) -> SearchMaps:
     """The same, looking at motions that cost up to `slack` more than the cheapest without risk."""
-    least, boxes, rasters = _look(
-        problem, maps.spacing, maps.radius, maps.moves, maps.effort, maps.first, maps.stage, maps.blocked, maps.to_go,
-        slack,
-    )  # fmt: skip
+    least, boxes, rasters = _look(problem, maps.lattice, maps.first, maps.stage, maps.blocked, maps.to_go, slack)
     return replace(maps, slack=slack, least=least, boxes=boxes, rasters=rasters)
 
 
 def _look(
     problem: PlanningProblem,
-    spacing: float,
-    radius: int,
-    moves: IntArray,
-    effort: NDArray[np.float32],
+    lattice: RobotLattice,
     first: NDArray[np.float32],
     stage: NDArray[np.float32],
     blocked: BoolArray,
@@ -158,31 +172,32 @@ def _look(
     slack: float,
 ) -> tuple[float, Boxes, RiskRasters]:
     """The cost of the cheapest motion without risk, the cells within `slack` of it, and the risk there."""
-    active = active_axes(problem.dimension)
     least, low, size, *risky = tube(
-        problem.horizon, radius, active, moves, effort, first, stage, blocked, *to_go, slack, AROUND
-    )
+        problem.horizon, lattice.radius, lattice.active, lattice.moves, lattice.effort, first, stage, blocked, *to_go,
+        slack, AROUND,
+    )  # fmt: skip
+    around = risky[0], risky[1]
     if problem.people is None or not problem.people.people:
-        return least, (low, size), RiskRasters.nobody((risky[0], risky[1]))
+        return least, (low, size), RiskRasters.nobody(around)
     limit = 0.5 if problem.rule == "cells" else problem.risk_limit
-    return least, (low, size), problem.people.rasters(problem.start, spacing, (risky[0], risky[1]), limit)
+    return least, (low, size), problem.people.rasters(problem.start, lattice.spacing, around, limit)
 
 
-def _first_costs(problem: PlanningProblem, velocities: FloatArray, pace: float) -> NDArray[np.float32]:
-    """What each tap costs at the first step; `pace`: m/s of one cell per step.
+def _first_costs(problem: PlanningProblem, lattice: RobotLattice) -> NDArray[np.float32]:
+    """What each tap costs at the first step.
 
     Where cells are coarse, acceleration may leave no tap but the present one, if any. Neighbours of what the base does
     now may be begun all the same, as far as it can (see `PlanningProblem.begun`); that part is what is judged.
     """
-    begun = problem.begun(velocities)
+    begun = problem.begun(lattice.velocities)
     costs = problem.first_step_costs(begun)
     if problem.preferred is not None:
         costs += problem.preference_costs(begun)
     if problem.may_overshoot:
         costs += problem.overshoot_costs(begun)
     if problem.inertia is not None:
-        most = max(problem.largest_change, pace * math.sqrt(problem.dimension))
-        forbid_changes(velocities, problem.inertia.velocity, most, costs)
+        most = max(problem.largest_change, lattice.pace * math.sqrt(problem.dimension))
+        forbid_changes(lattice.velocities, problem.inertia.velocity, most, costs)
     return costs.astype(np.float32)
 
 
@@ -204,9 +219,9 @@ def _goal_costs(problem: PlanningProblem, spacing: float, half: IntArray) -> NDA
     return (costs - costs.min()).astype(np.float32)
 
 
-def _walls(problem: PlanningProblem, spacing: float, radius: int, active: IntArray) -> tuple[BoolArray, BoolArray]:
+def _walls(problem: PlanningProblem, lattice: RobotLattice) -> tuple[BoolArray, BoolArray]:
     """Cells too near to a wall, and the same for the points halfway between them, split by parity."""
-    d = problem.dimension
+    d, spacing, radius, active = problem.dimension, lattice.spacing, lattice.radius, lattice.active
     slow = problem.inertia is not None or problem.room + spacing * radius < problem.lattice_margin
     start = embedded_point(problem.start)
     half = (radius * (2 * problem.horizon - 1) + 1) // 2 * active
@@ -255,15 +270,6 @@ def lattice_taps(radius: int, dimension: int, shape: str) -> IntArray:
     taps = taps[np.argsort(length, kind="stable")]
     taps.setflags(write=False)
     return taps
-
-
-@lru_cache(maxsize=64)
-def _among_three_axes(radius: int, dimension: int, shape: str) -> IntArray:
-    taps = lattice_taps(radius, dimension, shape)
-    moves = np.zeros((len(taps), 3), dtype=np.int64)
-    moves[:, 3 - dimension :] = taps
-    moves.setflags(write=False)
-    return moves
 
 
 @lru_cache(maxsize=64)

@@ -150,7 +150,7 @@ class _Scene:
     def search_work(self) -> tuple[float, float]:
         """Per cell that is looked at and tap: two sums and a minimum."""
         cells = int(self._maps.boxes[1][:-1].prod(axis=1).sum())
-        return 3.0 * len(self._maps.taps) * cells, 4.0 * 2 * cells
+        return 3.0 * len(self._maps.lattice.taps) * cells, 4.0 * 2 * cells
 
     def along(self) -> None:
         """The risk along one path."""
