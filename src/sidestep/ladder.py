@@ -123,8 +123,7 @@ def _braking(now: Situation, safe: Outcome) -> Outcome:
 
     Where calls are rare, the change of velocity that a search may begin with does not brake in time.
     """
-    first = np.diff(safe.path[:2], axis=0) / now.settings.time_step
-    if safe.problem.overshoot_costs(first)[0] <= 0.0:
+    if safe.problem.overshoot_costs(safe.problem.first_velocity(safe.path))[0] <= 0.0:
         return safe
     stop = judged(now, now.standing(), safe.view)
     return stop if stop.status == "certified" and stop.cost < safe.cost else safe
@@ -147,7 +146,7 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
     if path is None:
         return safe
     onward = judged(now, path, safe.view)
-    first = np.diff(path[:2], axis=0) / now.settings.time_step
+    first = onward.problem.first_velocity(path)
     kept = onward.risk[: 2 * steps].max() <= now.settings.risk_limit
     if not kept or not np.isfinite(onward.problem.first_step_costs(first)[0]):
         return safe

@@ -105,12 +105,11 @@ def _program(problem: PlanningProblem, path: Path, maps: SearchMaps) -> tuple[Fl
     model = _NO_MODEL if problem.distance_to_goal is None else _goal_model(problem, path)
     preferred = problem.start if problem.preferred is None else problem.preferred
     velocity = problem.start if problem.inertia is None else problem.inertia.velocity
-    limit = 0.5 if problem.rule == "cells" else problem.risk_limit
     rows, planes = program_around(
         path, maps.spacing, directions,
         problem.goal, problem.goal_weights, problem.goal_cost == "squared", problem.terminal_weight, model,
         problem.effort_weights, problem.time_step, preferred, problem.preference_weight,
-        rasters.values, rasters.starts, rasters.some, *rasters.boxes, limit,
+        rasters.values, rasters.starts, rasters.some, *rasters.boxes, problem.instant_limit,
         problem.half_share, problem.soft_risk_weight, problem.excess_weights, problem.standing_share,
         walls, problem.max_speed, problem.shape == "box", velocity, problem.largest_change,
     )  # fmt: skip

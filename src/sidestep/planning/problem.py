@@ -130,6 +130,11 @@ class PlanningProblem:
         return _excess_weights(self.horizon, steep, later, self.later_risk_weight)
 
     @property
+    def instant_limit(self) -> float:
+        """What the risk of an instant of the motion is held against."""
+        return _instant_limit(self.rule, self.risk_limit)
+
+    @property
     def half_share(self) -> float:
         """Part of a step's price of risk that a half instant is charged: ½ where the risk midway is known."""
         return 0.5 if self.people is not None and self.people.has_midway else 1.0
@@ -190,7 +195,7 @@ class PlanningProblem:
             total = motion_cost(path, self.goal_costs(path[1:]), *beyond)
         if self.preferred is None and not self.may_overshoot and not self.graded:
             return total
-        first = (path[1:2] - path[:1]) / self.time_step
+        first = self.first_velocity(path)
         if self.preferred is not None:
             total += float(self.preference_costs(first)[0])
         if self.may_overshoot:
@@ -217,6 +222,10 @@ class PlanningProblem:
         change, most = velocities - self.inertia.velocity, self.largest_change
         size = np.sqrt(np.square(change).sum(axis=1, keepdims=True))
         return np.where(size > most, self.inertia.velocity + change * (most / np.maximum(size, 1e-12)), velocities)
+
+    def first_velocity(self, path: Path) -> FloatArray:
+        """Return (1, d) m/s, the mean velocity over the first step of `path` (N+1, d) m."""
+        return (path[1:2] - path[:1]) / self.time_step
 
     def first_step_costs(self, velocities: FloatArray) -> FloatArray:
         """Return (M,) what each first action costs beyond its effort; inf where it is not admissible.
@@ -256,7 +265,7 @@ class PlanningProblem:
 
     def can_stop(self, path: Path) -> bool:
         """Return whether the base, once on `path` (N+1, d) m, could still come to stand with little enough risk."""
-        first = (path[1:2] - path[:1]) / self.time_step
+        first = self.first_velocity(path)
         if self.body is not None and self._runs_into(self.body, first)[0]:
             return False
         if self.inertia is None:
@@ -294,7 +303,7 @@ class PlanningProblem:
         if self.people is not None and self.people.people and stops.moving.any():
             which, half = np.nonzero(stops.moving)
             seen = self.people.at_instants(half + 1, self.start + stops.shifts[which, half])
-            limit = 0.5 if self.rule == "cells" else self.stop_limit
+            limit = _instant_limit(self.rule, self.stop_limit)
             if self.beset:
                 limit = max(limit, self._staying)
             np.add.at(excess, which, np.maximum(seen - limit * (1.0 + 1e-6) - 1e-9, 0.0))
@@ -338,7 +347,7 @@ class PlanningProblem:
             seen = self.risk_along(path) if risk is None else risk
             if not respects(seen, self.rule, self.risk_limit):
                 return False
-        if not math.isfinite(self.first_step_costs((path[1:2] - path[:1]) / self.time_step)[0]):
+        if not math.isfinite(self.first_step_costs(self.first_velocity(path))[0]):
             return False
         if self.obstacles is None or len(path) < 3:
             return True
@@ -350,8 +359,13 @@ def respects(risk: FloatArray, rule: RiskRule, limit: float) -> bool:
     tolerance = 1e-6 * limit + 1e-9
     if rule == "trajectory":
         return float(risk[1::2].sum()) <= limit + tolerance
-    most = 0.5 if rule == "cells" else limit + tolerance
+    most = _instant_limit(rule, limit + tolerance)
     return all(r <= most for r in risk.tolist())  # what is no number is no certificate
+
+
+def _instant_limit(rule: RiskRule, limit: float) -> float:
+    """What the risk of an instant is held against: `limit`, or what parts 0 and 1, all that "cells" knows."""
+    return 0.5 if rule == "cells" else limit
 
 
 @lru_cache(maxsize=64)

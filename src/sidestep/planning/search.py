@@ -69,7 +69,7 @@ def search(problem: PlanningProblem, maps: SearchMaps | None = None, outlook: Ou
     maps = prepare(problem, outlook.slack(problem.graded)) if maps is None else again(problem, maps)
     if problem.rule == "trajectory" and not problem.graded:
         return _within_total(problem, maps, outlook)
-    limit = 0.5 if problem.rule == "cells" else problem.risk_limit
+    limit = problem.instant_limit
     result = _solve(problem, maps, limit, problem.soft_risk_weight, outlook)
     for _ in range(2):
         if problem.graded or not result.feasible or respects(result.risk, problem.rule, problem.risk_limit):
@@ -118,7 +118,7 @@ def _solve(problem: PlanningProblem, maps: SearchMaps, limit: float, weight: flo
         total = _look(problem, maps, limit, weight, path)
     feasible = math.isfinite(total)
     if feasible and problem.inertia is not None:
-        first = (path[1:2] - path[:1]) / problem.time_step
+        first = problem.first_velocity(path)
         path[1:] += (problem.begun(first) - first) * problem.time_step
     outlook.saw(problem.graded, total - maps.least if feasible else math.inf)
     risk = problem.risk_along(path)

@@ -179,8 +179,7 @@ def _look(
     around = risky[0], risky[1]
     if problem.people is None or not problem.people.people:
         return least, (low, size), RiskRasters.nobody(around)
-    limit = 0.5 if problem.rule == "cells" else problem.risk_limit
-    return least, (low, size), problem.people.rasters(problem.start, lattice.spacing, around, limit)
+    return least, (low, size), problem.people.rasters(problem.start, lattice.spacing, around, problem.instant_limit)
 
 
 def _first_costs(problem: PlanningProblem, lattice: RobotLattice) -> NDArray[np.float32]:
