@@ -17,9 +17,7 @@ from sidestep.human.model import HumanModel
 from sidestep.human.observation import PersonObservation
 from sidestep.human.reaction import Facing, Way
 from sidestep.mind import Anchor, Mind
-from sidestep.types import FloatArray, Vector, finite, frozen_array, plausible
-
-_INSTANT = 1e-6  # s; what was measured within is one measurement
+from sidestep.types import INSTANT, FloatArray, Vector, finite, frozen_array, plausible
 
 
 class Unplaceable(Exception):  # noqa: N818 (says why the planner must stop; never leaves it)
@@ -64,7 +62,7 @@ def met(
             present[name] = miss(before, time)
         elif before is None or not _same_but_goals(before.model, given) or _anew(before, seen, when):
             present[name] = replace(meet(seen, given, time), id=name)
-        elif when > before.seen + _INSTANT:
+        elif when > before.seen + INSTANT:
             same = before.model is given or before.model == given
             known_as = before if same else replace(before, model=given)
             present[name] = observe(known_as, seen, time, time_step)

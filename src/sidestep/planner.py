@@ -36,10 +36,9 @@ from sidestep.robots import DifferentialDrive, Holonomic, Robot, RobotState
 from sidestep.site import Site, site_of
 from sidestep.situation import OutOfTime, Situation, circumstances
 from sidestep.subjects import everybody_of
-from sidestep.types import Vector, VectorLike, frozen_array, plausible, sealed, settled
+from sidestep.types import INSTANT, Vector, VectorLike, frozen_array, plausible, sealed, settled
 
 _LEAST_STRIDE = 0.005  # m; the risk is drawn on the robot's lattice, whose cells must not be much finer than people
-_INSTANT = 1e-6  # s, less than which two times are the same
 _log = logging.getLogger(__name__)
 
 
@@ -259,7 +258,7 @@ class Planner:
         step, timeout = self.settings.time_step, min(self.settings.timeout, LONGEST_LOOK)
         if gap == 0.0:
             return self._interval
-        late = step + _INSTANT < gap <= timeout + _INSTANT
+        late = step + INSTANT < gap <= timeout + INSTANT
         return gap if late else min(max(gap, 0.02), step)
 
     def _situation(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Situation:

@@ -58,6 +58,8 @@ def finite(values: FloatArray) -> bool:
     return all(map(math.isfinite, values.tolist()))
 
 
+INSTANT = 1e-6
+"""s, within which two times are the same, and two measurements one."""
 LARGEST = 1e9
 """No coordinate (m), velocity (m/s) or setting is larger: differences would be lost, squares overflow."""
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from sidestep._kernels import habits as kernel
 from sidestep.human.habit_settings import ClassTables, HabitSettings, class_tables
-from sidestep.types import FloatArray, Vector, VectorLike, finite, sealed
+from sidestep.types import INSTANT, FloatArray, Vector, VectorLike, finite, sealed
 
 _SETTLES = 40  # observations after which the filter has forgotten its start
 _ROWS = 40  # remembered instants; more than `window / gap`
@@ -227,7 +227,7 @@ def update(state: Habits, time: float, position: VectorLike, covariance: FloatAr
     z = np.asarray(position, dtype=np.float64)
     dt = time - state.time
     d = state.mean.size // 2
-    if z.size != d or not (math.isfinite(dt) and finite(z)) or -s.time_out <= dt <= 1e-6:
+    if z.size != d or not (math.isfinite(dt) and finite(z)) or -s.time_out <= dt <= INSTANT:
         return state
     r = _usable(covariance, d, s.measurement_noise)
     if _anew(state, dt, z, r):
@@ -252,7 +252,7 @@ def _anew(state: Habits, dt: float, z: FloatArray, r: FloatArray) -> bool:
     """Whether z (d,) m with the covariance r (d, d) m², `dt` s later, is too late or too far away to be the same."""
     s = state.settings
     far = kernel.is_another(state.mean, state.covariance, z, r, s.top_speed * dt)
-    return abs(dt) > s.time_out or (dt > 1e-6 and far)
+    return abs(dt) > s.time_out or (dt > INSTANT and far)
 
 
 def _standing(s: HabitSettings, velocity: FloatArray, mean_velocity: FloatArray) -> bool:

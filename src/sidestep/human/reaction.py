@@ -17,7 +17,7 @@ import numpy as np
 from sidestep._kernels.closest import closest_approach
 from sidestep.checks import Checks
 from sidestep.human.habits import Habits
-from sidestep.types import Path, Vector, sealed
+from sidestep.types import INSTANT, Path, Vector, sealed
 
 _EVER = 0.01  # share of those who never show that they mind
 
@@ -106,8 +106,8 @@ class Facing:
         """Return what still counts at `time` s."""
         s = self.settings
         latest = self.courses[-1].time if self.courses else time
-        since = latest - s.window if time - latest <= s.remembered + 1e-6 else time - s.window
-        kept = tuple(c for c in self.courses if since - 1e-6 <= c.time <= time + 1e-6)
+        since = latest - s.window if time - latest <= s.remembered + INSTANT else time - s.window
+        kept = tuple(c for c in self.courses if since - INSTANT <= c.time <= time + INSTANT)
         return self if len(kept) == len(self.courses) else replace(self, courses=kept)
 
     def noted(self, habits: Habits, time: float) -> Self:
@@ -134,7 +134,7 @@ class Facing:
         tell as much as the most telling ones.
         """
         s, present = self.settings, habits.velocity_over(self.settings.pace_time)
-        if present is None or not self.courses or time - self.courses[0].time <= 1e-6:
+        if present is None or not self.courses or time - self.courses[0].time <= INSTANT:
             return None
         old = self.courses[0]
         then = sealed(old.position + (time - old.time) * old.velocity)
