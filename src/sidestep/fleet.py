@@ -28,6 +28,7 @@ from sidestep.lazily import lazy
 from sidestep.planner import Planner
 from sidestep.planning.plan import Plan
 from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.settings import CLEARANCE_MARGIN, FIRST_STEP_MARGIN
 from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
@@ -37,8 +38,6 @@ from sidestep.robots.until_standing import slices, slid, until_standing
 from sidestep.situation import STANDS, Situation
 from sidestep.types import LARGEST, FloatArray, Path, Vector, VectorLike, plausible
 
-MARGIN = 0.10  # m beyond contact that plans keep from other robots
-FIRST_MARGIN = 0.05  # m beyond contact that the first action keeps
 LEAST_MARGIN = 0.01  # m beyond contact, below which the robot stops
 _SAME = 1e-9  # m; what comes nearer by less does not
 
@@ -207,7 +206,7 @@ class AmongRobots(Situation):
     def _stands_too_near(self, other: Announced) -> bool:
         """Whether another robot stands nearer than plans keep from it."""
         going = other.first_velocities(self.settings.time_step, self.around.interval)
-        near = math.dist(other.path[0], self.start) < self.robot.planning_radius + other.radius + MARGIN
+        near = math.dist(other.path[0], self.start) < self.robot.planning_radius + other.radius + CLEARANCE_MARGIN
         return near and float(np.abs(going).max()) < STANDS
 
     def problem_under(self, seen: Forecast) -> PlanningProblem:
@@ -223,7 +222,7 @@ class AmongRobots(Situation):
         distances = np.zeros(0) if people is None else people.distances
         for other in self.others:
             masses += [_at(place, b, blocks) for b, place in enumerate(other.doubled(blocks))]
-            keep = self.robot.planning_radius + other.radius + MARGIN
+            keep = self.robot.planning_radius + other.radius + CLEARANCE_MARGIN
             distances = np.concatenate([distances, np.full(blocks, keep)])
         return RiskField(people=masses, distances=distances, midway=self.around.midway)
 
@@ -238,7 +237,7 @@ class AmongRobots(Situation):
             interval=self.around.interval, limit=self.around.first_step_limit,
         )  # fmt: skip
         told = [other.first_velocities(self.settings.time_step, self.around.interval) for other in self.others]
-        keep = [self.robot.planning_radius + other.radius + FIRST_MARGIN for other in self.others]
+        keep = [self.robot.planning_radius + other.radius + FIRST_STEP_MARGIN for other in self.others]
         rows = len(known.positions) + np.repeat(np.arange(len(told)), [len(v) for v in told])
         return replace(
             known,

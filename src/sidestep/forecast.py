@@ -14,10 +14,11 @@ from sidestep.crew import Crew
 from sidestep.human.goals import DirectionGoal, Goal, PointGoal, SlowingGoal
 from sidestep.lazily import lazy
 from sidestep.planning.plan import PersonPlan
+from sidestep.planning.settings import FIRST_STEP_MARGIN
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
 from sidestep.prediction.occupancy import Occupancy, Prediction, Workspace
-from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
+from sidestep.subjects import Circumstances, Subject
 from sidestep.types import FloatArray, IntArray, Path, Vector, sealed
 
 _SAME = 1e-6  # m; motions closer than this induce the same prediction
@@ -88,7 +89,7 @@ class Forecast:
             probabilities=_joined(
                 [mixed(m.belief.weights, p.action_probabilities) for m, p in zip(minds, told, strict=True)]
             ),
-            distances=np.array([s.contact + NEAR_MARGIN for s in self.near]),
+            distances=np.array([s.contact + FIRST_STEP_MARGIN for s in self.near]),
             interval=around.interval,
             limit=around.first_step_limit,
         )

@@ -23,10 +23,10 @@ from sidestep.planning.plan import Plan
 from sidestep.planning.problem import STANDING_SHARE, PlanningProblem
 from sidestep.planning.search import Outlook
 from sidestep.planning.search_maps import resolution
-from sidestep.planning.settings import PlannerSettings
+from sidestep.planning.settings import FIRST_STEP_MARGIN, PlannerSettings
 from sidestep.planning.stopping import Inertia
 from sidestep.robots import DifferentialDrive, Robot, RobotState
-from sidestep.subjects import NEAR_MARGIN, Circumstances, Subject
+from sidestep.subjects import Circumstances, Subject
 from sidestep.types import Path, Vector
 
 STAYS = 0.1
@@ -121,7 +121,7 @@ class Situation:
         reach = fastest * (interval if limit is None else interval + 0.5 * fastest / limit) + wheels
         near = []
         for subject in self.everybody:
-            contact = robot.radius + subject.mind.model.radius + NEAR_MARGIN
+            contact = robot.radius + subject.mind.model.radius + FIRST_STEP_MARGIN
             if math.dist(subject.mind.position, here) < contact + reach and _stands(subject.mind):
                 near.append((subject.mind.position, contact))
         walls = self.around.obstacles if wheels else None

@@ -12,14 +12,12 @@ from sidestep.lattice import Lattice
 from sidestep.lazily import lazy
 from sidestep.mind import Mind
 from sidestep.obstacles import Obstacles
+from sidestep.planning.settings import CLEARANCE_MARGIN, FIRST_STEP_MARGIN
 from sidestep.prediction.collision import PersonMass
 from sidestep.prediction.ground import Ground
 from sidestep.prediction.occupancy import Prediction, Removal, Workspace, frame_of, predict_on
 from sidestep.prediction.profiles import Profile, profile_of
 from sidestep.types import BoolArray, FloatArray, Path
-
-NEAR_MARGIN = 0.05
-"""m beyond contact that the first action must keep."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +66,7 @@ class Subject:
     @property
     def clearance(self) -> float:
         """Metres between centres that are to be kept."""
-        return self.contact + 0.10 if self.around.clearance is None else self.around.clearance
+        return self.contact + CLEARANCE_MARGIN if self.around.clearance is None else self.around.clearance
 
     @property
     def look_ahead(self) -> int:
@@ -139,7 +137,7 @@ class Subject:
         time = around.horizon * around.time_step
         walk = mind.model.reach * self.lattice.spacing * around.horizon * math.sqrt(mind.position.size)
         blur = 0.0 if self.spread is None else 5.0 * float(self.spread[1][-1].max())
-        return walk + around.robot_speed * time + max(self.clearance, self.contact + NEAR_MARGIN) + blur
+        return walk + around.robot_speed * time + max(self.clearance, self.contact + FIRST_STEP_MARGIN) + blur
 
     def matters(self, start: FloatArray) -> bool:
         """Return whether the person can come within clearance of the robot at all during the horizon.

@@ -8,6 +8,10 @@ from typing import ClassVar
 from sidestep.checks import FARTHEST, WIDEST, Checks
 from sidestep.types import GoalCost, RiskRule
 
+CLEARANCE_MARGIN = 0.10
+"""m beyond contact that plans keep from anybody, where `clearance` is left open (method §8), and from other robots."""
+FIRST_STEP_MARGIN = 0.05
+"""m beyond contact that the first action must keep until the next call."""
 LONGEST_LOOK = 100.0
 """s, of a step or a way to a stop at most: both are looked at in slices of 0.05 s."""
 

@@ -12,7 +12,7 @@ from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from sidestep.errors import InvalidInput
 from sidestep.human.model import HumanModel
-from sidestep.planning.settings import PlannerSettings
+from sidestep.planning.settings import CLEARANCE_MARGIN, PlannerSettings
 from sidestep.simulation.faults import one_line
 from sidestep.simulation.settings import (
     HumanTable,
@@ -27,8 +27,6 @@ from sidestep.simulation.settings import (
     RobotSettings,
     Settings,
 )
-
-CLEARANCE_MARGIN = 0.10  # m, beyond contact, where the planner's clearance is left open (method §8)
 
 
 class Scenario(Settings):
@@ -106,7 +104,10 @@ class Scenario(Settings):
 
     @property
     def clearance(self) -> float:
-        """Metres between centres that the planner keeps (the largest over the people, where it is left open)."""
+        """Metres between the middles of robot and person that count as kept; where left open, for the widest person.
+
+        The planner keeps as much from the point that it moves; where left open, more by the offset of that point.
+        """
         if self.planner.clearance is not None:
             return self.planner.clearance
         widest = max((p.radius or self.human.radius for p in self.people), default=self.human.radius)
