@@ -21,6 +21,7 @@ import numpy as np
 from sidestep.planning.geodesic import DistanceField, Ways, open_ways, way_to
 from sidestep.planning.settings import PlannerSettings
 from sidestep.robots import Robot
+from sidestep.robots.holonomic import diagonal
 from sidestep.site import Site
 from sidestep.types import Vector
 
@@ -131,9 +132,9 @@ class Detours:
     """
 
     def __init__(self, robot: Robot, settings: PlannerSettings) -> None:
-        across = math.sqrt(2.0) if robot.shape == "box" else 1.0
         self._robot = robot
-        self._reach = settings.horizon * settings.time_step * robot.planning_speed * across  # m, within the horizon
+        within = settings.horizon * settings.time_step  # s
+        self._reach = within * robot.planning_speed * diagonal(robot.shape, 2)  # m
         self._after = None if isinstance(settings.goal_weight, tuple) else settings.detour_after
         self._aside = settings.deadline is not None
         self._stands: Mapping[str, Stand] = {}

@@ -26,6 +26,7 @@ from sidestep.planning.search_maps import resolution
 from sidestep.planning.settings import FIRST_STEP_MARGIN, PlannerSettings
 from sidestep.planning.stopping import Inertia
 from sidestep.robots import DifferentialDrive, Robot, RobotState
+from sidestep.robots.holonomic import diagonal
 from sidestep.subjects import Circumstances, Subject
 from sidestep.types import Path, Vector
 
@@ -342,12 +343,11 @@ def circumstances(
     obstacles: Obstacles | None,
 ) -> Circumstances:
     """Return what holds for everybody during this call."""
-    across = math.sqrt(dimension) if robot.shape == "box" else 1.0
     return Circumstances(
         time_step=settings.time_step,
         horizon=horizon,
         robot_radius=robot.planning_radius,
-        robot_speed=robot.planning_speed * across,
+        robot_speed=robot.planning_speed * diagonal(robot.shape, dimension),
         clearance=settings.clearance,
         midway=settings.midway,
         first_step_limit=settings.first_step_limit,

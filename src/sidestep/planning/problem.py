@@ -26,6 +26,7 @@ from sidestep.planning.geodesic import DistanceField, way_to
 from sidestep.planning.stopping import Inertia
 from sidestep.prediction.collision import RiskField
 from sidestep.prediction.first_step import FirstStep
+from sidestep.robots.holonomic import diagonal
 from sidestep.types import BoolArray, FloatArray, GoalCost, Path, RiskRule, Shape, Vector, sealed
 
 STANDING_SHARE = 1.0 / 3.0
@@ -323,8 +324,7 @@ class PlanningProblem:
 
         A corner may poke in between two samples half a step apart.
         """
-        across = math.sqrt(self.dimension) if self.shape == "box" else 1.0
-        return math.hypot(self.margin, 0.25 * self.max_speed * self.time_step * across)
+        return math.hypot(self.margin, 0.25 * self.max_speed * self.time_step * diagonal(self.shape, self.dimension))
 
     @property
     def beside_walls(self) -> bool:

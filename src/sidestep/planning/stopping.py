@@ -120,9 +120,8 @@ class Inertia:
         still = (speed < 1e-9) & (_norms(self.velocity[None]) < 1e-9)
         over[still] = 0.0
         halves = min(math.ceil(2.0 * float(over.max(initial=0.0)) / self.time_step), instants)
-        times = np.append(0.5 * self.time_step * np.arange(1, halves + 1), np.inf)[
-            :, None, None
-        ]  # in the end all stand
+        times = np.append(0.5 * self.time_step * np.arange(1, halves + 1), np.inf)  # in the end all stand
+        times = times[:, None, None]
         driven = np.minimum(times, self.interval)
         ramped = np.minimum(driven, ramp)
         braking = np.clip(times - self.interval, 0.0, (speed / a)[:, None])

@@ -12,6 +12,11 @@ from sidestep.robots.state import RobotState
 from sidestep.types import Shape, Vector, VectorLike, sealed
 
 
+def diagonal(shape: Shape, dimension: int) -> float:
+    """Return how many times its limit a base's speed can be: where every axis is limited by itself, askew to them."""
+    return math.sqrt(dimension) if shape == "box" else 1.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Holonomic:
     """Moves in any direction at once (Eq. 3).
