@@ -5,10 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
+from operator import mul
 
 import numpy as np
 
-from sidestep.types import FloatArray, Vector, VectorLike, frozen_array, sealed, settled
+from sidestep.checks import MOST, Checks, measured, measured_number
+from sidestep.errors import InvalidInput
+from sidestep.types import LARGEST, FloatArray, Vector, VectorLike, finite, frozen_array, sealed
+
+_PLACE = "1, 2 or 3 finite numbers (m)"
+_AXES = "(d, d) numbers, columns of length 1 at right angles"
+_MEND = "sidestep.lattice.heading_rotation makes one from a direction"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,7 +29,10 @@ class Lattice:
         origin: (d,) m, the measured position.
         spacing: m, distance between neighbouring cells (> 0).
         radius: cells from the anchor to each face (≥ 0).
-        rotation: (d, d) orthogonal; its columns are the lattice axes in the world frame.
+        rotation: (d, d) orthogonal; its columns are the lattice axes in the world frame. Without one: the world's axes.
+
+    Raises:
+        InvalidInput: a value is not allowed; one line that names the field.
     """
 
     origin: Vector
@@ -31,9 +41,24 @@ class Lattice:
     rotation: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", settled(self.origin))
-        rotation = settled(self.rotation) if self.rotation.size > 0 else identity(self.origin.size)
-        object.__setattr__(self, "rotation", rotation)
+        origin = measured("lattice.origin", self.origin, _PLACE)
+        if origin.ndim != 1 or origin.size not in (1, 2, 3) or not finite(origin):
+            raise InvalidInput("lattice.origin", self.origin, _PLACE)
+        spacing = measured_number("lattice.spacing", self.spacing)
+        if not 0.0 < spacing <= LARGEST:
+            raise InvalidInput("lattice.spacing", self.spacing, f"a number > 0 and ≤ {LARGEST:g} (m)")
+        self._check_radius()
+        rotation = measured("lattice.rotation", self.rotation, _AXES)
+        if rotation.size == 0:
+            rotation = identity(origin.size)
+        elif rotation.shape != (origin.size, origin.size) or not _orthogonal(rotation):
+            raise InvalidInput("lattice.rotation", self.rotation, _AXES, _MEND)
+        for name, value in (("origin", origin), ("spacing", spacing), ("rotation", rotation)):
+            object.__setattr__(self, name, value)
+
+    def _check_radius(self) -> None:
+        if type(self.radius) is not int or self.radius < 0:  # another kind of number is rare, and takes longer
+            Checks(self, "lattice").integers("radius", least=0, most=MOST)
 
     @property
     def dimension(self) -> int:
@@ -52,7 +77,12 @@ class Lattice:
 
     def with_radius(self, radius: int) -> Lattice:
         """Return the same lattice, cut or grown to another radius."""
-        return Lattice(origin=self.origin, spacing=self.spacing, radius=radius, rotation=self.rotation)
+        other = object.__new__(Lattice)  # the arrays are in order, and need not be looked at again
+        kept = ("origin", self.origin), ("spacing", self.spacing), ("radius", radius), ("rotation", self.rotation)
+        for name, value in kept:
+            object.__setattr__(other, name, value)
+        other._check_radius()
+        return other
 
     def axis(self) -> FloatArray:
         """Return the (2·radius + 1,) m coordinates along one lattice axis, relative to the origin."""
@@ -71,6 +101,13 @@ class Lattice:
     def to_world(self, local: FloatArray | VectorLike) -> FloatArray:
         """Coordinates in the lattice's own frame (…, d) m → world points (…, d) m."""
         return np.asarray(local, dtype=np.float64) @ self.rotation.T + self.origin
+
+
+def _orthogonal(rotation: FloatArray) -> bool:
+    """Whether the columns of (d, d) have length 1 and are at right angles."""
+    axes: list[list[float]] = rotation.T.tolist()
+    pairs = ((a, b) for a in range(len(axes)) for b in range(a + 1))
+    return all(abs(sum(map(mul, axes[a], axes[b])) - (a == b)) < 1e-6 for a, b in pairs)
 
 
 def heading_rotation(direction: VectorLike) -> FloatArray:
