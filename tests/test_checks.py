@@ -105,6 +105,26 @@ def test_sequences_become_tuples_and_numbers_of_numpy_plain_ones():
     assert HabitSettings(scales=np.array([0.1, 0.2])).scales == (0.1, 0.2)
 
 
+class Tensor:
+    """What a learned policy answers with, and a column of a table: neither a sequence nor an array of numpy."""
+
+    def __init__(self, values):
+        self.values = values
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.values, dtype=dtype)
+
+
+def test_numbers_may_come_in_what_holds_an_array():
+    """A series of pandas was refused, its numbers shown in the message."""
+    human = HumanModel(goals=[Tensor([1, 2]), Tensor([3, 4])], goal_weight=Tensor([1.0, 2.0]))
+    assert human == HumanModel(goals=((1.0, 2.0), (3.0, 4.0)), goal_weight=(1.0, 2.0))
+    assert Planner(robot=Holonomic(), goal=Tensor([4.0, 0.0])).goal.tolist() == [4.0, 0.0]
+    for none in (Tensor([4.0, np.nan]), Tensor([4.0, None]), Tensor([[4.0, 0.0]]), Tensor(4.0), Tensor(["4", "0"])):
+        with pytest.raises(InvalidInput, match=r"^planner\.goal: got "):
+            Planner(robot=Holonomic(), goal=none)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -177,16 +197,6 @@ def test_a_wanted_velocity_that_is_none_counts_as_standing(velocity):
     assert not told.velocity.any()
     assert not told.interfered
     assert told.reason.startswith("what was wanted is not 2 finite numbers and counts as standing, let through: every")
-
-
-class Tensor:
-    """What a learned policy answers with: neither a sequence nor an array of numpy."""
-
-    def __init__(self, values):
-        self.values = values
-
-    def __array__(self, dtype=None, copy=None):
-        return np.array(self.values, dtype=dtype)
 
 
 def test_a_wanted_velocity_may_be_an_array_of_any_kind():

@@ -8,6 +8,7 @@ from numbers import Integral, Real
 from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sidestep.errors import InvalidInput, UnknownName
 from sidestep.types import LARGEST, FloatArray, VectorLike, settled
@@ -194,11 +195,20 @@ def plainly(value: Any) -> Any:
 
 
 def numbers_in(value: object) -> tuple[float, ...]:
-    """Return a sequence or (n,) array of numbers within ±`LARGEST` as a tuple, () where `value` is anything else."""
-    if not (isinstance(value, Sequence) or (isinstance(value, np.ndarray) and value.ndim == 1)):
+    """Return a sequence, (n,) array or series of numbers within ±`LARGEST` as a tuple, () where it is anything else."""
+    listed = value if isinstance(value, Sequence | np.ndarray) else _array_of(value)
+    if isinstance(listed, np.ndarray) and listed.ndim != 1:
         return ()
-    found = tuple(map(_number, value))
+    found = tuple(map(_number, listed))
     return found if all(-LARGEST <= x <= LARGEST for x in found) else ()
+
+
+def _array_of(value: Any) -> Sequence[object] | NDArray[Any]:
+    """Return what a value of another library, such as a series of pandas, holds; () where it holds no array."""
+    try:
+        return np.asarray(value) if hasattr(value, "__array__") else ()
+    except Exception:  # of whoever made it
+        return ()
 
 
 def _number(value: object) -> float:
