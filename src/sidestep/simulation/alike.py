@@ -53,7 +53,7 @@ def simulate_alike(scenarios: Sequence[Scenario], watch: Sequence[Callable[[Step
         for run in going:
             run.advance()
         going = [run for run in going if not run.over]
-    return [run.record(run.reached) for run in runs]
+    return [run.record() for run in runs]
 
 
 class _Family:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -131,15 +130,15 @@ class _Lab(Run):
         self.senses.warm_up(self.people, self.scenario.step)
         self.recorder.instant(0.0, self.state.position, self.state.heading, self.places)
 
+    @property
+    def known(self) -> RobotState:
+        """The robot's state by its odometry, in whose frame the goal is given, too."""
+        return self.senses.believed(self.state)
+
     def _plan(self, now: float, observations: Sequence[PersonObservation]) -> float:
-        """Ask the planner, which knows the robot by its odometry; seconds of wall clock that it took."""
-        began = clock.perf_counter()
-        here = self.senses.believed(self.state)
+        """Ask the planner, and note how old the last scan is by then."""
         self.ages.append(now - self.senses.tracker.time)
-        self.motion = self.navigator.step(time=now, robot=here, people=observations)
-        spent = clock.perf_counter() - began
-        self.planned_at = now
-        return spent
+        return super()._plan(now, observations)
 
     def _moved(self, step: float) -> RobotState:
         """The robot's true state one control step later."""
@@ -147,10 +146,6 @@ class _Lab(Run):
         after = super()._moved(step) if base is None else base.drive(self._in_force.velocity, self.state, step)
         self.senses.move(after)
         return after
-
-    def _arrived(self, state: RobotState) -> bool:
-        """Whether the robot is at its goal as far as it knows: the goal is given in the frame of its odometry."""
-        return super()._arrived(self.senses.believed(state))
 
 
 class _LabRecorder(Recorder):

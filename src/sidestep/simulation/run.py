@@ -140,7 +140,7 @@ class Run:
         except KeyboardInterrupt:
             if not keep_interrupted:
                 raise
-        return self.record(self.reached)
+        return self.record()
 
     @property
     def over(self) -> bool:
@@ -150,24 +150,17 @@ class Run:
 
     def advance(self) -> bool:
         """Do one control step; return whether the robot is at its goal after it."""
-        arrived = self._step(self.index, planned=self.index % self.every == 0)
-        self.reached |= arrived
-        self.index += 1
-        return arrived
-
-    def record(self, reached: bool) -> Record:
-        """Return what has happened so far."""
-        return self.recorder.record(reached, outlines(self.obstacles))
-
-    def _step(self, index: int, *, planned: bool) -> bool:
-        """One control step; whether the robot is at its goal after it."""
-        now, step = index * self.interval, self.interval
+        now, planned = self.time, self.index % self.every == 0
         self.think(now, planned=planned)
         self._people_decide(now)
         self.note(now, planned=planned)
         for person in self.people:
-            person.move(now, now + step)
-        return self.settle(now + step)
+            person.move(now, now + self.interval)
+        return self.settle(now + self.interval)
+
+    def record(self) -> Record:
+        """Return what has happened so far."""
+        return self.recorder.record(self.reached, outlines(self.obstacles))
 
     def think(self, now: float, *, planned: bool) -> None:
         """Observe, and where a plan is due ask the navigator for one."""
@@ -193,15 +186,24 @@ class Run:
             )
 
     def settle(self, then: float) -> bool:
-        """Move the robot until `then` (s) and look where the people are now; whether the robot is at its goal."""
+        """Move the robot until `then` (s) and look where the people are now; return whether it is at its goal."""
         self.state = self._moved(self.interval)
         before, self.places = self.places, self._places(then)
         self.drift = (self.places - before) / self.interval
         self.recorder.instant(then, self.state.position, self.state.heading, self.places)
-        return self._arrived(self.state)
+        arrived = self._arrived()
+        self.reached |= arrived
+        self.index += 1
+        return arrived
 
-    def _arrived(self, state: RobotState) -> bool:
-        """Whether a robot in this state is at its goal: its middle, or the point that follows the plan."""
+    @property
+    def known(self) -> RobotState:
+        """The robot's state as it knows it."""
+        return self.state
+
+    def _arrived(self) -> bool:
+        """Whether the robot is at its goal as far as it knows: its middle, or the point that follows the plan."""
+        state = self.known
         followed = self.robot.reference(state)
         goal = self.goal.tolist()
         away = math.dist(followed.tolist(), goal)
@@ -217,7 +219,7 @@ class Run:
     def _plan(self, now: float, observations: Sequence[PersonObservation]) -> float:
         """Ask the navigator; seconds of wall clock that it took."""
         began = clock.perf_counter()
-        self.motion = self.navigator.step(time=now, robot=self.state, people=observations)
+        self.motion = self.navigator.step(time=now, robot=self.known, people=observations)
         spent = clock.perf_counter() - began
         self.planned_at = now
         return spent

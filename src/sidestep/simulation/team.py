@@ -65,7 +65,6 @@ class TeamRun:
                 number=number,
             )
             self.runs.append(run)
-        self.reached = [False] * len(self.runs)
 
     def finish(self, *, keep_interrupted: bool = False) -> tuple[Record, ...]:
         """Run until every robot has been at its goal, or to the end; one record per robot. See `Run.finish`."""
@@ -73,7 +72,7 @@ class TeamRun:
         try:
             for _ in range(max(round(s.duration / s.step), 1)):
                 self.advance()
-                if s.stop_at_goal and all(self.reached):
+                if s.stop_at_goal and all(run.reached for run in self.runs):
                     break
         except KeyboardInterrupt:
             if not keep_interrupted:
@@ -83,8 +82,8 @@ class TeamRun:
     def advance(self) -> None:
         """Do one control step of everybody."""
         first = self.runs[0]
-        index, now, step = first.index, first.time, self.scenario.step
-        planned = index % first.every == 0
+        now, step = first.time, self.scenario.step
+        planned = first.index % first.every == 0
         for run in self.runs:
             if planned and isinstance(run.navigator, FleetPlanner):
                 run.navigator.announce([self._announced(other, now) for other in self.runs if other is not run])
@@ -94,13 +93,12 @@ class TeamRun:
             run.note(now, planned=planned)
         for person in first.people:
             person.move(now, now + step)
-        for i, run in enumerate(self.runs):
-            self.reached[i] |= run.settle(now + step)
-            run.index += 1
+        for run in self.runs:
+            run.settle(now + step)
 
     def records(self) -> tuple[Record, ...]:
         """Return what has happened so far, as each robot lived it."""
-        found = [run.record(reached) for run, reached in zip(self.runs, self.reached, strict=True)]
+        found = [run.record() for run in self.runs]
         radii = np.array([record.robot_radius for record in found])
         whole: list[Record] = []
         for i, record in enumerate(found):

@@ -35,7 +35,6 @@ class World:
     def __init__(self, *, name: str, title: str, panel: int) -> None:
         self.name, self.title, self.panel = name, title, panel
         self.tally = Tally()
-        self.arrived = False
         self.line = ""
         self._album = Album()
         self._evidence: dict[str, Evidence] = {}
@@ -46,7 +45,6 @@ class World:
 
     def begin(self, scenario: Scenario, navigator: Navigator, visitor: Visitor, obstacles: Any) -> None:
         """Begin a trip: everybody at their places in `scenario`."""
-        self.arrived = False
         self._evidence = {}
         self._album = Album()
         self.last = None
@@ -66,15 +64,20 @@ class World:
         return self.run.time
 
     @property
+    def arrived(self) -> bool:
+        """The robot has been at its goal on this trip."""
+        return self.run.reached
+
+    @property
     def planned(self) -> bool:
         """The last step made a new plan."""
         return self.last is not None and self.last.planned
 
     def advance(self) -> None:
         """One control step; a robot that has arrived stands."""
-        before = self.run.state
-        if self.run.advance() and not self.arrived:
-            self.arrived = True
+        before, underway = self.run.state, not self.arrived
+        self.run.advance()
+        if self.arrived and underway:
             self.tally.finish()
             self.line = words.arrived(self.tally.elapsed)
         self._count(before.position)
@@ -83,7 +86,7 @@ class World:
 
     def record(self) -> Record:
         """What happened on this trip so far."""
-        record = self.run.record(self.arrived)
+        record = self.run.record()
         return replace(record, snapshots=self._album.snapshots(len(record.status)))
 
     def _watch(self, step: Step) -> None:
