@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sidestep.simulation import peers_navground as navground
+from sidestep.simulation.assembly import walls_of
 from sidestep.simulation.people import Builder, Surroundings
 from sidestep.simulation.walkers import Walker
 from sidestep.types import Vector
@@ -38,14 +39,13 @@ class CrowdWalker(Walker):
         self.awareness = 0.0 if kind.endswith(UNCONCERNED) else 1.0
         if "switch_times" in self.settings.model_fields_set:
             self._switches = sorted(self.settings.switch_times)
-        self._pace = self.model.reach * self.model.walking_speed
         self._core = navground.load_navground()
         self._behavior = navground.new_behavior(
             self._core,
             MODELS[kind.removesuffix(UNCONCERNED)],
-            PACE_IN_A_HURRY * self._pace,
+            PACE_IN_A_HURRY * self.pace,
             self.radius,
-            [np.array(wall) for wall in scenario.walls],
+            list(walls_of(scenario)),
         )
         self._behavior.horizon = LOOK_AHEAD
         self._behavior.safety_margin = PERSONAL_MARGIN
@@ -57,15 +57,14 @@ class CrowdWalker(Walker):
         behavior, target = self._behavior, self.target
         behavior.position = self._place
         behavior.velocity = self.velocity
-        somebody_else = np.arange(len(around.others)) != around.index
-        present = np.isfinite(around.others).all(axis=1) & somebody_else
+        present = around.company()
         where, pace = around.others[present], around.velocities[present]
         if self.awareness > 0:
             where = np.concatenate([where, around.robot_path[:1]])
             pace = np.concatenate([pace, around.robot_velocity[None]])
         behavior.environment_state.neighbors = navground.neighbours(self._core, where, pace, self.radius)
         behavior.target = self._core.Target.Point(target)
-        behavior.optimal_speed = min(self._pace, float(np.linalg.norm(target - self._place)) / self._interval)
+        behavior.optimal_speed = min(self.pace, float(np.linalg.norm(target - self._place)) / self._interval)
         velocity = navground.command(behavior, self._interval)
         return velocity if np.isfinite(velocity).all() else np.zeros(2)
 
@@ -80,15 +79,10 @@ class HalfRandom(Walker):
     def choose(self, around: Surroundings) -> Vector:
         """Straight on, or anything."""
         del around
-        pace = self.model.reach * self.model.walking_speed
         omega = 0.5 if self.settings.randomness is None else self.settings.randomness
         lucky = self.generator.random() >= omega
-        anything = self.generator.integers(-2, 3, size=self._place.size).astype(np.float64) * (0.5 * pace)
-        if not lucky:
-            return anything
-        way = self.target - self._place
-        distance = float(np.linalg.norm(way))
-        return way * (min(pace, distance / self._interval) / distance) if distance > 1e-9 else np.zeros_like(way)
+        anything = self.generator.integers(-2, 3, size=self._place.size).astype(np.float64) * (0.5 * self.pace)
+        return self.straight_on() if lucky else anything
 
 
 def crowd_kinds() -> Mapping[str, Builder]:

@@ -14,7 +14,7 @@ import numpy as np
 from sidestep.errors import UnknownName
 from sidestep.simulation.recordings import EDGE, Track
 from sidestep.simulation.settings import MODEL_KINDS
-from sidestep.types import FloatArray, Path, Vector, frozen_array
+from sidestep.types import BoolArray, FloatArray, Path, Vector, frozen_array
 
 if TYPE_CHECKING:
     from sidestep.simulation.scenario import Scenario
@@ -46,6 +46,11 @@ class Surroundings:
     index: int
     obstacles: Any
     signal: bool
+
+    def company(self) -> BoolArray:
+        """Return (P,) who is there besides the person who decides."""
+        somebody_else = np.arange(len(self.others)) != self.index
+        return np.isfinite(self.others).all(axis=1) & somebody_else
 
 
 class Person(Protocol):

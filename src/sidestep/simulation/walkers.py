@@ -94,6 +94,17 @@ class Walker:
         """Velocity (d,) m/s until the next decision."""
         raise NotImplementedError
 
+    @property
+    def pace(self) -> float:
+        """m/s, the fastest along an axis: reach·v."""
+        return self.model.reach * self.model.walking_speed
+
+    def straight_on(self) -> Vector:
+        """(d,) m/s, full pace toward the next place on the way; the last step ends there."""
+        way = self.target - self._place
+        distance = float(np.linalg.norm(way))
+        return way * (min(self.pace, distance / self._interval) / distance) if distance > 1e-9 else np.zeros_like(way)
+
     def move(self, start: float, end: float) -> None:
         """Walk; a wall stops."""
         if self.position(start) is None:
@@ -119,11 +130,8 @@ class StraightWalker(Walker):
     """Walks to the goal at constant velocity, whatever the robot does, and stops there."""
 
     def choose(self, around: Surroundings) -> Vector:
-        """Full pace along the line; the last step ends at the goal."""
-        way = self.target - self._place
-        distance = float(np.linalg.norm(way))
-        pace = self.model.reach * self.model.walking_speed
-        return way * (min(pace, distance / self._interval) / distance) if distance > 1e-9 else np.zeros_like(way)
+        """Full pace along the line."""
+        return self.straight_on()
 
 
 class Stander(Walker):
@@ -212,8 +220,7 @@ def _reachable(free: BoolArray, multiples: IntArray) -> FloatArray:
 
 def others_along(around: Surroundings, instants: int) -> FloatArray:
     """(P, instants, d) m, everybody else who is there, if each goes on at the present velocity."""
-    somebody_else = np.arange(len(around.others)) != around.index
-    present = np.isfinite(around.others).all(axis=1) & somebody_else
+    present = around.company()
     pace = np.nan_to_num(around.velocities[present])  # nobody knows the pace of somebody who has just appeared
     time = around.time_step * np.arange(instants)[:, None]
     return around.others[present][:, None] + time * pace[:, None]
