@@ -71,13 +71,13 @@ def load_obstacles(scenario: Scenario) -> Obstacles | None:
     Raises:
         InvalidFile: the map cannot be read.
     """
-    if scenario.map is None and not scenario.walls:
-        return None
-    from sidestep.io.maps import read_map
-    from sidestep.obstacles import Obstacles
+    from sidestep.simulation.assembly import obstacles_of
 
-    grid = None if scenario.map is None else read_map(scenario.map)
-    return Obstacles(polygons=[list(wall) for wall in scenario.walls], grid=grid)
+    if scenario.map is None:
+        return obstacles_of(scenario)
+    from sidestep.io.maps import read_map
+
+    return obstacles_of(scenario, read_map(scenario.map))
 
 
 def write_scenario(scenario: Scenario, path: str | Path) -> None:

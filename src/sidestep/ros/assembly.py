@@ -158,7 +158,7 @@ def walls_of(scenario: Scenario, grid: Map | None) -> Obstacles | None:
         origin=(grid.origin.x, grid.origin.y),
         yaw=grid.origin.yaw,
     )
-    return Obstacles(polygons=[np.array(wall) for wall in scenario.walls], grid=cells)
+    return obstacles_of(scenario, cells)
 
 
 def sensing_of(settings: NodeSettings) -> Sensing:

@@ -14,7 +14,7 @@ from sidestep.simulation.recordings import Recording, check_people
 from sidestep.types import FloatArray
 
 if TYPE_CHECKING:
-    from sidestep.obstacles import Obstacles
+    from sidestep.obstacles import Obstacles, OccupancyGrid
     from sidestep.planner import Planner
     from sidestep.simulation.scenario import Scenario
 
@@ -61,13 +61,13 @@ def planner_of(scenario: Scenario, obstacles: Obstacles | None = None) -> Planne
     )
 
 
-def obstacles_of(scenario: Scenario) -> Obstacles | None:
-    """Return the walls that a scenario itself holds, or None."""
-    if not scenario.walls:
+def obstacles_of(scenario: Scenario, grid: OccupancyGrid | None = None) -> Obstacles | None:
+    """Return the walls that a scenario itself holds, and those of a map where one is given; None: neither."""
+    if not scenario.walls and grid is None:
         return None
     from sidestep.obstacles import Obstacles
 
-    return Obstacles(polygons=walls_of(scenario))
+    return Obstacles(polygons=walls_of(scenario), grid=grid)
 
 
 def walls_of(scenario: Scenario) -> tuple[FloatArray, ...]:
