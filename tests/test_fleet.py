@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import sidestep
 from made_trips import ROOMS, Trip, bases
 from sidestep.errors import InvalidInput
-from sidestep.fleet import LEAST_MARGIN, AmongRobots, Announced, FleetPlanner
+from sidestep.fleet import LEAST_MARGIN, AmongRobots, Announced, FleetPlanner, _numbered
 from sidestep.io.records import read_record, write_record
 from sidestep.io.scenarios import load_scenario
 from sidestep.simulation.loop import simulate
@@ -279,3 +279,28 @@ def test_a_robot_that_stands_in_the_door_is_waited_for_and_then_gone_around():
     assert trip.arrived
     assert np.max(trip.path, axis=0)[1] > 4.0
     assert np.linalg.norm(np.array(trip.path) - parked.path[0], axis=1).min() > 0.6
+
+
+@pytest.mark.parametrize("robots", [[(4.05, 0.1), (9.5, -5.0)], [(9.5, -5.0), (4.05, 0.1)]])
+def test_a_robot_that_stands_is_known_to_stand_whatever_the_order_in_which_robots_are_told_of(robots):
+    """They were told apart by their place in the list: where that changed, nobody stood for as long as a call."""
+    parked = [Announced(path=np.tile(place, (6, 1)), radius=0.3, settled=True) for place in robots]
+    planner = FleetPlanner(robot=BASES["any velocity"], goal=(8.0, 0.0), obstacles=ROOMS, horizon=5)
+    reasons = []
+    for call in range(6):
+        planner.announce(parked[:: -1 if call % 2 else 1])
+        reasons.append(
+            planner.step(time=0.5 * call, robot=sidestep.RobotState(position=(3.7, -0.53)), people=[]).reason
+        )
+    assert "waiting for robots who stand in the way" in reasons[-1]
+
+
+@given(st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=4, unique=True), st.randoms())
+def test_robots_keep_their_numbers_in_any_order(places, rng):
+    known = {number: np.array(place) for number, place in enumerate(places)}
+    order = list(known)
+    rng.shuffle(order)
+    assert _numbered([known[number] for number in order], known) == order
+    more = _numbered([*known.values(), np.array([9.0, 9.0])], known)
+    assert more == [*known, len(known)]
+    assert _numbered([np.zeros(3)], known) == [0]  # in another world

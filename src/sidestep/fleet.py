@@ -13,8 +13,10 @@ with: nobody drives into anybody, as long as the bases do what they are told.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import count
+from types import MappingProxyType
 
 import numpy as np
 
@@ -138,9 +140,10 @@ class FleetPlanner(Planner):
     """A `Planner` that makes room for other robots as it does for people. Arguments as for `Planner`."""
 
     _others: tuple[Announced, ...] = ()
+    _places: Mapping[int, Vector] = MappingProxyType({})  # (d,) m by number, where other robots were seen last
 
     def announce(self, others: Sequence[Announced]) -> None:
-        """Take what the others have announced; it counts until the next announcement."""
+        """Take what the others have announced, in any order; it counts until the next announcement."""
         for other in others:
             of_kind("announce.others", other, Announced)
         self._others = tuple(other.carried(self.settings.time_step) for other in others)
@@ -148,7 +151,7 @@ class FleetPlanner(Planner):
     def reset(self) -> None:
         """Forget everybody, the other robots too."""
         super().reset()
-        self._others = ()
+        self._others, self._places = (), MappingProxyType({})
 
     def _trouble(self, time: float, robot: RobotState, people: Sequence[PersonObservation] | None) -> str:
         trouble = super()._trouble(time, robot, people)
@@ -163,9 +166,11 @@ class FleetPlanner(Planner):
         return plan
 
     def _discs(self) -> dict[str, Disc]:
-        """Other robots may stand in the way, too; they have no names that people could have."""
-        robots = (Disc(other.path[0], other.radius, "robots") for other in self._others)
-        return super()._discs() | {f"\0{number}": disc for number, disc in enumerate(robots)}
+        """Other robots may stand in the way, too. They have numbers for names, which no person could have."""
+        numbers = _numbered([other.path[0] for other in self._others], self._places)
+        told = dict(zip(numbers, self._others, strict=True))
+        self._places = {**self._places, **{number: other.path[0] for number, other in told.items()}}
+        return super()._discs() | {f"\0{n}": Disc(other.path[0], other.radius, "robots") for n, other in told.items()}
 
     def _situation(self, time: float, robot: RobotState, started: float, wish: VectorLike | None) -> Situation:
         now = super()._situation(time, robot, started, wish)
@@ -248,6 +253,18 @@ class AmongRobots(Situation):
             probabilities=np.concatenate([known.probabilities, *(np.full(len(v), 1.0 / len(v)) for v in told)]),
             distances=np.concatenate([known.distances, keep]),
         )
+
+
+def _numbered(places: Sequence[Vector], before: Mapping[int, Vector]) -> list[int]:
+    """Which robot is at each of the places (d,) m: the nearest one `before`, closest pairs first; else a new one."""
+    known = {number: place for number, place in before.items() if all(place.size == now.size for now in places)}
+    pairs = sorted((math.dist(now, known[n]), i, n) for i, now in enumerate(places) for n in known)
+    found: dict[int, int] = {}
+    for _, i, number in pairs:
+        if i not in found and number not in found.values():
+            found[i] = number
+    new = (number for number in count() if number not in known)
+    return [found[i] if i in found else next(new) for i in range(len(places))]
 
 
 def _nearest(one: Path, other: Path) -> float:
