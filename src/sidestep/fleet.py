@@ -192,6 +192,16 @@ class AmongRobots(Situation):
         """Whether the robot had better leave: because of people, or since another robot stands within its margin."""
         return super().beset or (not self._anybody_comes and any(map(self._stands_too_near, self.others)))
 
+    @property
+    def among_robots(self) -> bool:
+        """Whether another robot can come near within the horizon."""
+        far, blocks = self.around.horizon * self.around.time_step * self.around.robot_speed, 2 * self.around.horizon + 1
+        return any(
+            float(np.sqrt(np.square(other.doubled(blocks) - self.start).sum(axis=1)).min())
+            < self.robot.planning_radius + other.radius + MARGIN + far
+            for other in self.others
+        )
+
     def collides(self, asked: Vector) -> bool:
         """Whether asking for (d,) m/s, and stopping then, comes nearer than allowed to what another robot may do."""
         velocity, braked = (None, None) if self.inertia is None else (self.inertia.velocity, self.inertia.acceleration)

@@ -32,7 +32,8 @@ def _of_status(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
 
 def _too_narrow(now: Situation, outcome: Outcome) -> str:
     """Say so where nobody but walls can keep the robot from going on, or ''."""
-    walls_alone = outcome.problem.beside_walls and not outcome.foreseen.near and now.wish is None
+    nobody = not outcome.foreseen.near and not now.among_robots
+    walls_alone = outcome.problem.beside_walls and nobody and now.wish is None
     if walls_alone and now.gives_up(outcome.path, STAYS):
         return "; no motion leads on: the way may be too narrow here"
     return ""

@@ -91,6 +91,11 @@ class Situation:
         """Whether somebody who walks is near."""
         return any(self._beyond(s) < _COMING and not _stands(s.mind) for s in self.everybody)
 
+    @property
+    def among_robots(self) -> bool:
+        """Whether another robot can come near within the horizon; here there are none."""
+        return False
+
     def _beyond(self, subject: Subject) -> float:
         """Metres between somebody and the robot beyond what is to be kept."""
         return math.dist(subject.mind.position, self.start) - subject.clearance
