@@ -198,7 +198,7 @@ class AmongRobots(Situation):
         far, blocks = self.around.horizon * self.around.time_step * self.around.robot_speed, 2 * self.around.horizon + 1
         return any(
             float(np.sqrt(np.square(other.doubled(blocks) - self.start).sum(axis=1)).min())
-            < self.robot.planning_radius + other.radius + MARGIN + far
+            < self.robot.planning_radius + other.radius + CLEARANCE_MARGIN + far
             for other in self.others
         )
 
