@@ -79,13 +79,14 @@ def test_a_short_horizon_is_as_long_as_the_base_needs_to_stand(aside):
 
 
 def test_no_more_steps_are_added_than_a_call_has_time_for():
-    """5 m/s and 0.1 m/s²: 50 s to stand, of which a call in space would plan for hours."""
+    """5 m/s and 0.1 m/s²: 50 s to stand, of which a call in space would plan for hours; for nobody none."""
     settings = PlannerSettings(horizon=3, time_step=0.1)
     assert Pace().horizon(settings, standing=50.0) == FARTHEST
     robot = Holonomic(max_speed=5.0, radius=0.3, max_acceleration=0.1)
     planner = Planner(robot=robot, goal=(50.0, 0.0, 0.0), settings=settings)
     state = RobotState(position=(0.0, 0.0, 0.0), velocity=(5.0, 0.0, 0.0))
-    plan = planner.step(time=0.0, robot=state, people=[])
+    assert planner.step(time=0.0, robot=state, people=[]).horizon_used == 3
+    plan = planner.step(time=0.1, robot=state, people=[PersonObservation(id="a", position=(30.0, 0.0, 0.0))])
     assert plan.horizon_used == 10  # (2·2·10 + 1)³·10 cells are 0.7 million
 
 

@@ -267,10 +267,10 @@ class Planner:
         wanted = frozen_array(numbers_in(wish))
         state = self._own.completed(time, robot)
         start = self.robot.reference(robot)
-        course = Course(self._site.field)
+        course, discs = Course(self._site.field), self._discs()
         if wanted.size == 0:
-            course = self._detours.course(self._site, self._discs(), here=start, time=time)
-        standing = self._own.time_to_stand(state, self._interval)
+            course = self._detours.course(self._site, discs, here=start, time=time)
+        standing = self._own.time_to_stand(state, self._interval) if discs else 0.0
         horizon = self._pace.horizon(settings, standing, self._site.farthest)
         around = circumstances(
             settings,
