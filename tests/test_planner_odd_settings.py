@@ -156,7 +156,7 @@ def test_plans_stay_finite_and_all_of_everybody_is_predicted(seed, d):
             (check if settings["risk_rule"] == "mass" else check_bounds)(plan, robot)
             assert "internal error" not in plan.reason, (plan.reason, settings, human, robot)
             for person in plan.people.values():
-                mass = person.occupancy.probability.reshape(plan.horizon_used + 1, -1).sum(axis=1)
+                mass = person.occupancy.probability.reshape(settings["horizon"] + 1, -1).sum(axis=1)
                 assert np.abs(mass - 1.0).max() < 1e-6, (mass, settings, human)
             state = robot.follow(plan.velocity, state, 0.2)
             people = people + 0.2 * velocities

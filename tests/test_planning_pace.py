@@ -6,9 +6,7 @@ from copy import copy
 
 import pytest
 
-from made_trips import Trip
 from sidestep import Holonomic, PersonObservation, Planner, RobotState
-from sidestep.checks import FARTHEST
 from sidestep.planning.pace import Pace
 from sidestep.planning.settings import PlannerSettings
 
@@ -65,29 +63,6 @@ def test_however_little_time_there_is_a_plan_sees_the_base_stand(acceleration, s
         state = RobotState(position=(time, 0.0), velocity=(1.0, 0.0))
         plan = planner.step(time=time, robot=state, people=[PersonObservation(id="a", position=(4.0, 2.0))])
     assert plan.horizon_used == steps
-
-
-@pytest.mark.parametrize("aside", [-0.2, 0.0, 0.2])
-def test_a_short_horizon_is_as_long_as_the_base_needs_to_stand(aside):
-    """From 1.5 m/s it needs 3 s. With plans of 1.5 s, 4 to 6 calls found nobody could be kept clear of: least risk."""
-    robot = Holonomic(max_speed=1.5, radius=0.3, max_acceleration=0.5)
-    trip = Trip(Planner(robot=robot, goal=(10.0, 0.0), horizon=3), people=[(5.0, aside)]).run(most=30.0)
-    assert trip.arrived, trip
-    assert {plan.status for plan in trip.plans} == {"certified"}
-    assert trip.plans[0].horizon_used == 3
-    assert max(plan.horizon_used for plan in trip.plans) in (7, 8)  # within the interval nothing new can be asked
-
-
-def test_no_more_steps_are_added_than_a_call_has_time_for():
-    """5 m/s and 0.1 m/s²: 50 s to stand, of which a call in space would plan for hours; for nobody none."""
-    settings = PlannerSettings(horizon=3, time_step=0.1)
-    assert Pace().horizon(settings, standing=50.0) == FARTHEST
-    robot = Holonomic(max_speed=5.0, radius=0.3, max_acceleration=0.1)
-    planner = Planner(robot=robot, goal=(50.0, 0.0, 0.0), settings=settings)
-    state = RobotState(position=(0.0, 0.0, 0.0), velocity=(5.0, 0.0, 0.0))
-    assert planner.step(time=0.0, robot=state, people=[]).horizon_used == 3
-    plan = planner.step(time=0.1, robot=state, people=[PersonObservation(id="a", position=(30.0, 0.0, 0.0))])
-    assert plan.horizon_used == 10  # (2·2·10 + 1)³·10 cells are 0.7 million
 
 
 def test_a_copy_learns_for_itself():

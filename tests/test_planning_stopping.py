@@ -229,6 +229,13 @@ def test_a_base_of_little_acceleration_gets_going_and_arrives(name, period):
     assert trip.time + period < 1.6 * least + 2.0
 
 
+@pytest.mark.parametrize(("horizon", "told"), [(5, True), (6, False)])
+def test_a_horizon_that_ends_before_the_base_stands_is_told(horizon, told, caplog):
+    robot = Holonomic(max_speed=1.5, max_acceleration=0.5)
+    sidestep.Planner(robot=robot, goal=(6.0, 3.0), horizon=horizon, time_step=0.5)
+    assert ("3 s from full speed" in caplog.text) == ("ask for 6 steps" in caplog.text) == told
+
+
 @pytest.mark.parametrize("name", SLUGGISH)
 def test_it_gets_away_from_a_wall_that_it_stands_beside_and_around_a_corner(name):
     robot = SLUGGISH[name]

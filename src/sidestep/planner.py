@@ -80,6 +80,7 @@ class Planner:
         if limit is not None and robot.planning_speed > LONGEST_LOOK * limit:
             allowed = f"a robot that can stop within {LONGEST_LOOK:g} s"
             raise InvalidInput("planner.robot", robot, allowed, "make it slower, or its acceleration larger")
+        _warn_of_unseen_stops(robot, self.settings)
         self._crew = Crew(self.settings.threads)
         self._outlook = Outlook()
         self._afterwards = Afterwards()
@@ -267,11 +268,10 @@ class Planner:
         wanted = frozen_array(numbers_in(wish))
         state = self._own.completed(time, robot)
         start = self.robot.reference(robot)
-        course, discs = Course(self._site.field), self._discs()
+        course = Course(self._site.field)
         if wanted.size == 0:
-            course = self._detours.course(self._site, discs, here=start, time=time)
-        standing = self._own.time_to_stand(state, self._interval) if discs else 0.0
-        horizon = self._pace.horizon(settings, standing, self._site.farthest)
+            course = self._detours.course(self._site, self._discs(), here=start, time=time)
+        horizon = self._pace.horizon(settings, self._own.time_to_stand(state, self._interval))
         around = circumstances(
             settings,
             self.robot,
@@ -362,6 +362,16 @@ class Planner:
             reason=reason,
             duration=perf_counter() - started,
         )
+
+
+def _warn_of_unseen_stops(robot: Robot, settings: PlannerSettings) -> None:
+    """Say so where a plan ends before the base could stand, since nobody looks at who is there then."""
+    limit, step = robot.planning_acceleration, settings.time_step
+    needed = 0.0 if limit is None else robot.planning_speed / limit  # s, from full speed
+    if needed > settings.horizon * step:
+        told = "planner.horizon: %d steps of %g s end before the base can stand, %.3g s from full speed: who is in the way "
+        told += "of such a stop is not seen; ask for %d steps, or make the base slower"
+        _log.warning(told, settings.horizon, step, needed, math.ceil(needed / step))
 
 
 def _is_finite(value: object) -> bool:

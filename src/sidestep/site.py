@@ -6,7 +6,7 @@ import logging
 from dataclasses import dataclass, replace
 from itertools import product
 
-from sidestep.checks import FARTHEST, numbers_in, of_kind
+from sidestep.checks import numbers_in, of_kind
 from sidestep.errors import InvalidInput
 from sidestep.exits import exits
 from sidestep.human.model import HumanModel
@@ -17,7 +17,6 @@ from sidestep.robots import DifferentialDrive, Robot
 from sidestep.types import Vector, VectorLike, frozen_array
 
 _MOST_CELLS = 2e8  # a step's box times the steps; the mass of one person takes up to a third of it, 8 bytes each
-_SOON_CELLS = 1e6  # of that where a call plans for more steps than it was asked for: about a tenth of a second
 _log = logging.getLogger(__name__)
 
 
@@ -30,7 +29,6 @@ class Site:
         human: the model of people, exits of the map being their candidate goals where it asks for them.
         ways: where a way may lead on the map; field: the way to the goal around walls; None where there are none.
         margin: m to the walls that it keeps.
-        farthest: steps, the most that a call plans for without being asked for so many.
     """
 
     goal: Vector
@@ -39,7 +37,6 @@ class Site:
     ways: Ways | None
     field: DistanceField | None
     margin: float
-    farthest: int
 
     def no_way_from(self, start: Vector) -> str:
         """Say so where the map has no way from `start` (d,) m to the goal, or ''."""
@@ -86,20 +83,15 @@ def site_of(
         ways=ways,
         field=None if ways is None else ways.field(),
         margin=margin,
-        farthest=max(n for n in range(1, FARTHEST + 1) if _cells(n, human, place.size) <= _SOON_CELLS),
     )
 
 
 def _check_memory(settings: PlannerSettings, human: HumanModel, dimension: int) -> None:
     """Check that a person can be predicted over the whole horizon."""
-    if _cells(settings.horizon, human, dimension) > _MOST_CELLS:
-        less = f"fewer steps in {dimension}-D with human.reach {human.reach}: one person's mass would fill the memory"
-        raise InvalidInput("planner.horizon", settings.horizon, less)
-
-
-def _cells(steps: int, human: HumanModel, dimension: int) -> int:
-    """How many cells a person may come to within a horizon, counted for every step of it."""
-    return (2 * human.reach * steps + 1) ** dimension * steps
+    reach, steps = human.reach, settings.horizon
+    if (2 * reach * steps + 1) ** dimension * steps > _MOST_CELLS:
+        allowed = f"fewer steps in {dimension}-D with human.reach {reach}: one person's mass would fill the memory"
+        raise InvalidInput("planner.horizon", steps, allowed)
 
 
 def _placed(human: HumanModel, obstacles: Obstacles | None) -> HumanModel:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from sidestep.checks import FARTHEST
 from sidestep.planning.settings import PlannerSettings
 
 _SHARE = 0.5  # of the deadline that a call is planned to take; the rest is for the machine's own hiccups
@@ -20,21 +19,18 @@ class Pace:
         self._seconds: dict[int, float] = {}  # by horizon, the largest seen lately; never changed in place
         self._last = 0  # steps, of the last call; half of them if it was late
 
-    def horizon(self, settings: PlannerSettings, standing: float = 0.0, farthest: int = FARTHEST) -> int:
-        """Return how many steps to plan: N, or as many as are expected to fit the deadline; those start small and grow.
+    def horizon(self, settings: PlannerSettings, standing: float = 0.0) -> int:
+        """Return the largest horizon ≤ N whose expected time fits the deadline; starts small and grows.
 
         Args:
-            settings: of the planner.
-            standing: s that the base needs to stand. A stop that the plan does not see is not safe, so that there are
-                as many steps at least: without a deadline that takes its time, with one to be late is to stop.
-            farthest: steps, no more than that are added for it.
+            settings: of the planner; without a deadline it is N.
+            standing: s that the base needs to stand. A stop that the plan does not see is not safe: where there is no
+                time to look so far ahead, to be late is to stop.
         """
-        least = min(math.ceil(standing / settings.time_step), farthest)
-        return max(self._most(settings), least)
-
-    def _most(self, settings: PlannerSettings) -> int:
-        fits = settings.horizon if settings.deadline is None else self._fitting(settings, settings.deadline)
-        return min(fits, settings.horizon)
+        if settings.deadline is None:
+            return settings.horizon
+        least = math.ceil(standing / settings.time_step)
+        return min(max(self._fitting(settings, settings.deadline), least), settings.horizon)
 
     def _fitting(self, settings: PlannerSettings, deadline: float) -> int:
         if not self._seconds:

@@ -75,7 +75,7 @@ class Plan:
         status: "certified", "least_risk" or "stopped".
         reason: one line of plain words for the status.
         people: id → what was assumed of that person.
-        horizon_used: steps actually planned: fewer than asked for under a deadline, more to see the base stand.
+        horizon_used: steps actually planned (smaller than asked for only under a deadline).
         rounds: predictions made for this plan.
         cost: value of the objective (Eq. 9a) of this motion.
         duration: s, wall-clock time that planning took.

@@ -26,8 +26,7 @@ class PlannerSettings:
 
     Attributes:
         time_step: s, ΔT between planned positions (> 0, ≤ 100).
-        horizon: steps, N_R, from 1 to 100 (in the plane; then a step takes seconds, and a gigabyte). Where a base needs
-            longer to stand, plans are as long as that.
+        horizon: steps, N_R, from 1 to 100 (in the plane; then a step takes seconds, and a gigabyte).
         risk_rule: "mass": P(a person within `clearance`) ≤ P_th at every step; "cells": stay `clearance` away from
             every cell with P ≥ P_th (the paper's Section IV); "trajectory": the sum over the horizon ≤ P_th.
         risk_limit: P_th in (0, 1].
