@@ -369,8 +369,8 @@ def _warn_of_unseen_stops(robot: Robot, settings: PlannerSettings) -> None:
     limit, step = robot.planning_acceleration, settings.time_step
     needed = 0.0 if limit is None else robot.planning_speed / limit  # s, from full speed
     if needed > settings.horizon * step:
-        told = "planner.horizon: %d steps of %g s end before the base can stand, %.3g s from full speed: who is in the way "
-        told += "of such a stop is not seen; ask for %d steps, or make the base slower"
+        told = "planner.horizon: %d steps of %g s end before the base can stand, %.3g s from full speed: who is in "
+        told += "the way of such a stop is not seen; ask for %d steps, or make the base slower"
         _log.warning(told, settings.horizon, step, needed, math.ceil(needed / step))
 
 
