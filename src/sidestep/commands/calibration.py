@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from sidestep.commands.evaluate_run import Run
+
 WORDS = {
     "in_model": "drawn from the predictor's own model",
     "social_force": "walk by social force",
@@ -15,29 +17,18 @@ WORDS = {
 HEADER = ("people", "episodes", "steps", "pairs", "came true", "expected calibration error", "Brier score")
 
 
-def calibrated(
-    episodes: int, seed: int, workers: int, engine: str, address: str | None, folder: Path, page: Path | None
-) -> dict[str, dict[str, Any]]:
-    """Return the results by kind of people; figure and page are written. Arguments as for the command."""
+def calibrated(run: Run, episodes: int) -> dict[str, dict[str, Any]]:
+    """Return the results by kind of people; figure and page are written."""
     from sidestep.commands.bars import progress_bar
-    from sidestep.io.checkpoints import Checkpoints
     from sidestep.studies.calibration import calibration_study
     from sidestep.viewer.figure_calibration import calibration_figure
     from sidestep.viewer.figures import save_figure
 
     with progress_bar("calibration") as tell:
-        found = calibration_study(
-            episodes=episodes,
-            seed=seed,
-            workers=workers,
-            engine=engine,
-            address=address,
-            store=Checkpoints(folder / "pieces"),
-            progress=tell,
-        )
-    save_figure(calibration_figure(found), folder / "calibration.png")
-    if page is not None:
-        _write_page(found, episodes, page)
+        found = calibration_study(episodes=episodes, **run.work(tell))
+    save_figure(calibration_figure(found), run.folder / "calibration.png")
+    if run.page is not None:
+        _write_page(found, episodes, run.page)
     return found
 
 

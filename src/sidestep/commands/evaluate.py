@@ -6,11 +6,9 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from sidestep.commands.evaluate_run import Run, words
+from sidestep.commands.evaluate_run import Run
 
 CALIBRATION_FULL, CALIBRATION_QUICK = 3400, 60  # of 15 steps each: more than 50,000
-TRIPS_FULL, TRIPS_QUICK = 40, 4
-MOMENTS_FULL, MOMENTS_QUICK = 600, 30
 
 
 def evaluate(
@@ -66,6 +64,8 @@ def evaluate(
         page: JSON file to write for the pages of evidence, with the figures in ../../figures.
         json: print one JSON object and nothing else.
     """
+    from sidestep.commands.evaluate_people import PeopleRequest, chosen_studies, evaluate_people
+    from sidestep.commands.evaluate_people_report import report
     from sidestep.commands.options import refuse
     from sidestep.io.files import ready_folder, ready_for
     from sidestep.studies.engines import processes
@@ -84,7 +84,7 @@ def evaluate(
     if people:
         refuse(evaluate, "only without --people", **of_worlds, episodes=episodes, calibration=calibration)
         of_study["replay"] |= {"navigators": navigators, "workers": workers, "engine": engine, "address": address}
-        _refuse_without(_studies(studies), of_study, ablations)
+        _refuse_without(chosen_studies(studies), of_study, ablations)
     elif calibration:
         refuse(evaluate, "only without --calibration", **of_worlds, navigators=navigators)
     ready_for(page)
@@ -99,7 +99,8 @@ def evaluate(
         json=json,
     )
     if people:
-        _among_recorded(run, people, navigators=navigators, **of_people)
+        request = PeopleRequest(run=run, people=people, navigators=navigators, **of_people)
+        report(evaluate_people(request), run.folder, run.page, request.command, json=json)
     elif calibration:
         _calibrated(run, episodes)
     else:
@@ -108,75 +109,15 @@ def evaluate(
         evaluate_worlds(run, conditions, navigators, episodes, fewer)
 
 
-def _among_recorded(
-    run: Run,
-    people: tuple[Path, ...],
-    *,
-    navigators: str | None,
-    studies: str | None,
-    without: str,
-    vehicle: str | None,
-    model: Path | None,
-    trips: int | None,
-    crowd: int | None,
-    moments: int | None,
-    ablations: bool,
-) -> None:
-    """Predictions, beliefs and trips on recorded people."""
-    from sidestep.commands.evaluate_people import DRIVERS, PeopleRequest, evaluate_people, name_of
-    from sidestep.commands.evaluate_people_report import report
-
-    chosen = _studies(studies)
-    trips = run.count(trips, TRIPS_FULL, TRIPS_QUICK)
-    moments = run.count(moments, MOMENTS_FULL, MOMENTS_QUICK)
-    request = PeopleRequest(
-        files=people,
-        studies=chosen,
-        without=tuple(filter(None, without.split(","))),
-        model=model,
-        vehicles=tuple(vehicle.split(",")) if vehicle else (),
-        navigators=tuple((navigators or DRIVERS).split(",")),
-        trips=trips,
-        crowd=crowd,
-        moments=moments,
-        ablations=ablations,
-        seed=run.seed,
-        workers=run.workers,
-        engine=run.engine,
-        address=run.address,
-        folder=run.folder,
-    )
-    command = [
-        "sidestep evaluate",
-        *(f"--people {name_of(file)}" for file in people),
-        f"--studies {','.join(chosen)}",
-        *words(moments="prediction" in chosen and moments, trips="replay" in chosen and trips),
-        *words(crowd=crowd, vehicle=vehicle, without=without),
-        *["--ablations"] * ablations,
-        *words(navigators=navigators),
-    ]
-    report(evaluate_people(request), run.folder, run.page, " ".join(command), json=run.json)
-
-
 def _calibrated(run: Run, episodes: int | None) -> None:
     """Predicted collision probabilities against what came true."""
     from sidestep.commands.calibration import calibrated
 
     count = run.count(episodes, CALIBRATION_FULL, CALIBRATION_QUICK)
-    found = calibrated(count, run.seed, run.workers, run.engine, run.address, run.folder, run.page)
+    found = calibrated(run, count)
     rows = [[k, f"{v['ece']:.4f}", f"{v['brier']:.4f}", str(v["n"]), str(v["steps"])] for k, v in found.items()]
     header = ("people", "expected calibration error", "Brier", "pairs", "steps")
     run.told({"calibration": found}, "calibration.json", header, rows)
-
-
-def _studies(asked: str | None) -> tuple[str, ...]:
-    """Studies of recorded people: those asked for by their names, or all."""
-    from sidestep.checks import one_of
-    from sidestep.commands.evaluate_people import STUDIES
-
-    names = tuple(asked.split(",")) if asked else STUDIES
-    one_of("--studies", names, STUDIES)
-    return names
 
 
 def _refuse_without(studies: Collection[str], options: Mapping[str, Mapping[str, object]], ablations: bool) -> None:

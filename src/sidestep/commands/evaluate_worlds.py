@@ -27,7 +27,6 @@ def _comparison(
     from importlib.util import find_spec
 
     from sidestep.commands.bars import progress_bar
-    from sidestep.io.checkpoints import Checkpoints
     from sidestep.studies.conditions import conditions as every_condition
     from sidestep.studies.evaluate import evaluate as episodes_of
     from sidestep.studies.evaluate_table import aims, condition_rows, pooled, price_of_unconcern
@@ -52,12 +51,7 @@ def _comparison(
             drivers,
             episodes=run.count(episodes, FULL, QUICK),
             fewer=fewer,
-            seed=run.seed,
-            workers=run.workers,
-            engine=run.engine,
-            address=run.address,
-            store=Checkpoints(run.folder / "pieces"),
-            progress=tell,
+            **run.work(tell),
         )
     rows = condition_rows(found)
     return {
