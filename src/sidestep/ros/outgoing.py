@@ -12,6 +12,8 @@ from sidestep.types import FloatArray, Vector
 
 OK, WARN, ERROR = 0, 1, 2
 """Levels of diagnostic_msgs/DiagnosticStatus."""
+ARROW, CYLINDER, TEXT = 0, 3, 9
+"""Types of visualization_msgs/Marker."""
 
 
 class Maker(Protocol):

@@ -25,7 +25,6 @@ TOPICS = {
 }
 """What a node publishes."""
 
-_CYLINDER, _TEXT, _ARROW = 3, 9, 0
 _HEIGHT = 1.7  # m, of a person's cylinder
 
 
@@ -102,17 +101,18 @@ def belief_markers(
     colour = (1.0 - person.belief, person.belief, 0.2, 0.6)
     common: Mapping[str, Any] = {"number": number, "lifetime": lifetime}
     yield outgoing.marker(
-        make, frame, time, namespace="people", kind=_CYLINDER, place=place, height=_HEIGHT / 2,
+        make, frame, time, namespace="people", kind=outgoing.CYLINDER, place=place, height=_HEIGHT / 2,
         size=(2 * radius, 2 * radius, _HEIGHT), colour=colour, **common,
     )  # fmt: skip
     speed = float(np.linalg.norm(person.velocity))
     if speed > 0.05:
         yaw = float(np.arctan2(person.velocity[1], person.velocity[0]))
         yield outgoing.marker(
-            make, frame, time, namespace="velocities", kind=_ARROW, place=Pose2(place.x, place.y, yaw), height=0.1,
-            size=(speed, 0.06, 0.06), colour=(0.2, 0.4, 1.0, 0.9), **common,
+            make, frame, time, namespace="velocities", kind=outgoing.ARROW,
+            place=Pose2(place.x, place.y, yaw), height=0.1, size=(speed, 0.06, 0.06),
+            colour=(0.2, 0.4, 1.0, 0.9), **common,
         )  # fmt: skip
     yield outgoing.marker(
-        make, frame, time, namespace="beliefs", kind=_TEXT, place=place, height=_HEIGHT + 0.2,
+        make, frame, time, namespace="beliefs", kind=outgoing.TEXT, place=place, height=_HEIGHT + 0.2,
         size=(0.0, 0.0, 0.25), colour=(1.0, 1.0, 1.0, 1.0), text=f"{name}: concerned {person.belief:.2f}", **common,
     )  # fmt: skip

@@ -25,7 +25,6 @@ SCENARIO_TOPIC = "/sidestep/scenario"
 """std_msgs/String: every number of the run, as JSON."""
 _MAP_RESOLUTION = 0.05  # m
 _GRID_RESOLUTION, _GRID_CELLS = 0.1, 80
-_CYLINDER, _TEXT = 3, 9
 
 
 class Message(NamedTuple):
@@ -143,7 +142,7 @@ def _robot(record: Record, step: int) -> tuple[Pose2, Any, float]:
 def _body(record: Record, make: Maker, person: int, time: float, position: Any) -> Any:
     radius = float(record.people_radii[person])
     return outgoing.marker(
-        make, FRAME, time, namespace=record.people[person], number=0, kind=_CYLINDER,
+        make, FRAME, time, namespace=record.people[person], number=0, kind=outgoing.CYLINDER,
         place=Pose2(float(position[0]), float(position[1])), height=0.85, size=(2 * radius, 2 * radius, 1.7),
         colour=(0.6, 0.6, 0.7, 0.6), lifetime=1.5 * record.control_step,
     )  # fmt: skip
@@ -154,8 +153,9 @@ def _belief(record: Record, make: Maker, person: int, time: float, step: int) ->
     belief = float(record.beliefs[step, person])
     name = record.people[person]
     return outgoing.marker(
-        make, FRAME, time, namespace="beliefs", number=person, kind=_TEXT, place=Pose2(float(x), float(y)), height=1.9,
-        size=(0.0, 0.0, 0.25), colour=(1.0 - belief, belief, 0.2, 1.0), text=f"{name}: concerned {belief:.2f}",
+        make, FRAME, time, namespace="beliefs", number=person, kind=outgoing.TEXT,
+        place=Pose2(float(x), float(y)), height=1.9, size=(0.0, 0.0, 0.25),
+        colour=(1.0 - belief, belief, 0.2, 1.0), text=f"{name}: concerned {belief:.2f}",
         lifetime=1.5 * record.time_step,
     )  # fmt: skip
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -13,22 +12,17 @@ from sidestep.errors import InvalidInput
 from sidestep.ros.assembly import assemble
 from sidestep.ros.geometry import Pose2
 from sidestep.ros.messages import read_transform
+from sidestep.ros.packages import PackagedMessages, message_class
 from sidestep.ros.publisher import TOPICS
 from sidestep.ros.settings import NodeSettings
 
 
-class Ros1Maker:
+class Ros1Maker(PackagedMessages):
     """Makes ROS 1 messages."""
 
     def __init__(self, rospy: Any) -> None:
+        super().__init__()
         self._rospy = rospy
-        self._classes: dict[str, Any] = {}
-
-    def __call__(self, name: str, /, **fields: Any) -> Any:
-        """See `sidestep.ros.outgoing.Maker`."""
-        if name not in self._classes:
-            self._classes[name] = message_class(name)
-        return self._classes[name](**fields)
 
     def stamp(self, seconds: float) -> Any:
         """Return a rospy.Time."""
@@ -45,12 +39,6 @@ class Ros1Maker:
     def level(self, value: int) -> Any:
         """Return a byte, which is a number here."""
         return value
-
-
-def message_class(name: str) -> Any:
-    """Return the class of a message such as "geometry_msgs/Twist"."""
-    package, kind = name.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), kind)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import array
-import importlib
 import signal
 import sys
 import threading
@@ -18,23 +17,15 @@ from sidestep.ros.assembly import assemble
 from sidestep.ros.frames import no_lookup
 from sidestep.ros.geometry import Pose2
 from sidestep.ros.messages import read_transform
+from sidestep.ros.packages import PackagedMessages, message_class
 from sidestep.ros.publisher import TOPICS
 from sidestep.ros.settings import NodeSettings
 
 _NOT_OURS = ("use_sim_time", "qos_overrides", "start_type_description_service")
 
 
-class Ros2Maker:
+class Ros2Maker(PackagedMessages):
     """Makes ROS 2 messages."""
-
-    def __init__(self) -> None:
-        self._classes: dict[str, Any] = {}
-
-    def __call__(self, name: str, /, **fields: Any) -> Any:
-        """See `sidestep.ros.outgoing.Maker`."""
-        if name not in self._classes:
-            self._classes[name] = message_class(name)
-        return self._classes[name](**fields)
 
     def stamp(self, seconds: float) -> Any:
         """Return a builtin_interfaces/Time."""
@@ -54,12 +45,6 @@ class Ros2Maker:
     def level(self, value: int) -> Any:
         """Return a byte."""
         return bytes([value])
-
-
-def message_class(name: str) -> Any:
-    """Return the class of a message such as "geometry_msgs/Twist"."""
-    package, kind = name.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), kind)
 
 
 def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
