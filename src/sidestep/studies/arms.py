@@ -17,6 +17,10 @@ Episode = Callable[[int], Row]
 """(seed) → numbers of one episode; NaN where there is no such thing."""
 
 
+Columns = Mapping[str, Mapping[str, FloatArray]]
+"""Arm → column → (E,) numbers of its episodes."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
     """A question, and the arms that answer it.
@@ -27,7 +31,7 @@ class Study:
         arms: name of an arm → its episode.
         episodes: of each arm, unless asked otherwise; controls: arms of which a tenth is enough, and not paired.
         piece: episodes that are done, kept and lost together.
-        header, rows: of the table; rows from the numbers of every arm (arm → column → (E,)).
+        header, rows: of the table; rows from the numbers of every arm.
         remarks: (numbers) → what must be said beside the table.
         measured: (workers) → remarks on this machine, found by running something once more; None: nothing.
     """
@@ -37,8 +41,8 @@ class Study:
     lead: str
     arms: Mapping[str, Episode]
     header: tuple[str, ...]
-    rows: Callable[[Mapping[str, Mapping[str, FloatArray]]], list[list[Any]]]
-    remarks: Callable[[Mapping[str, Mapping[str, FloatArray]]], list[str]]
+    rows: Callable[[Columns], list[list[Any]]]
+    remarks: Callable[[Columns], list[str]]
     episodes: int
     piece: int = 20
     controls: frozenset[str] = frozenset()

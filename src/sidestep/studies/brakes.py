@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.arms import Row, Study
+from sidestep.studies.arms import Columns, Row, Study
 from sidestep.studies.scale import encounter, met
 from sidestep.studies.statistics import clopper_pearson
-from sidestep.types import FloatArray
 
 BASES: Mapping[str, Mapping[str, Any]] = {
     "any acceleration": {},
@@ -25,7 +24,6 @@ BASES: Mapping[str, Mapping[str, Any]] = {
 }  # fmt: skip
 RATES = {"2 Hz": 0.5, "10 Hz": 0.1}  # s between plans
 CONTROL_STEP = 0.1  # s, at which everything moves and is measured
-Columns = Mapping[str, Mapping[str, FloatArray]]
 
 
 def meeting(seed: int, base: str, period: float) -> Scenario:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -17,15 +17,13 @@ from sidestep.simulation.metrics import measure
 from sidestep.simulation.navigators import Answer, Navigator, Steering, Trip, steering
 from sidestep.simulation.peers_orca import Orca
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.arms import Row, Study
+from sidestep.studies.arms import Columns, Row, Study
 from sidestep.studies.conditions import conditions
 from sidestep.studies.episode import moving_share
 from sidestep.studies.opponents import trip_of
 from sidestep.studies.statistics import clopper_pearson
-from sidestep.types import FloatArray
 
 CONDITIONS = ("straight", "half-random", "toward-robot")
-Columns = Mapping[str, Mapping[str, FloatArray]]
 
 
 class BlindStraight:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -16,13 +15,12 @@ from sidestep.planner import Planner
 from sidestep.robots import Holonomic, RobotState
 from sidestep.simulation.loop import simulate
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.arms import Row, Study
+from sidestep.studies.arms import Columns, Row, Study
 from sidestep.types import FloatArray, Path
 
 STEPS = 8
 STEP = 0.5  # s
 KNOWN, HIDDEN = "goal told", "goal hidden"
-Columns = Mapping[str, Mapping[str, FloatArray]]
 
 
 def model() -> HumanModel:

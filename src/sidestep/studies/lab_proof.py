@@ -9,12 +9,10 @@ from typing import Any
 
 from sidestep.simulation.lab import run_lab
 from sidestep.simulation.lab_room import LabSettings
-from sidestep.studies.arms import Row, Study
+from sidestep.studies.arms import Columns, Row, Study
 from sidestep.studies.lab import KINDS, LabOutcome, lab_summary, outcome_of
 from sidestep.studies.statistics import upper_bound
-from sidestep.types import FloatArray
 
-Columns = Mapping[str, Mapping[str, FloatArray]]
 AT_ONCE = "scans at once"
 LATE = "200 ms late, 20 % lost"
 _SEPARATOR = " · "

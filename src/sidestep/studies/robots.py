@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -14,12 +13,10 @@ from sidestep.simulation.assembly import planner_of
 from sidestep.simulation.metrics import measure
 from sidestep.simulation.scenario import Scenario
 from sidestep.simulation.team import TeamRun
-from sidestep.studies.arms import Row, Study
+from sidestep.studies.arms import Columns, Row, Study
 from sidestep.studies.statistics import clopper_pearson
-from sidestep.types import FloatArray
 
 HALF_WAY = 4.0  # m
-Columns = Mapping[str, Mapping[str, FloatArray]]
 
 
 def meeting(seed: int) -> Scenario:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import partial
 from time import perf_counter, process_time
 from typing import Any
@@ -13,15 +12,13 @@ import numpy as np
 from sidestep.simulation.loop import simulate
 from sidestep.simulation.metrics import measure
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.arms import Row, Study
+from sidestep.studies.arms import Columns, Row, Study
 from sidestep.studies.engines import run_pieces
 from sidestep.studies.statistics import clopper_pearson
-from sidestep.types import FloatArray
 
 HORIZON = 5  # steps
 MILLION = 1_000_000
 TIMED = 20  # episodes per piece when the efficiency of several workers is measured
-Columns = Mapping[str, Mapping[str, FloatArray]]
 
 
 def encounter(seed: int, kind: str) -> Scenario:

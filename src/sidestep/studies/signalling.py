@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -13,12 +12,10 @@ import numpy as np
 from sidestep.simulation.loop import simulate
 from sidestep.simulation.metrics import measure
 from sidestep.simulation.scenario import Scenario
-from sidestep.studies.arms import Row, Study
+from sidestep.studies.arms import Columns, Row, Study
 from sidestep.studies.statistics import bootstrap_mean
-from sidestep.types import FloatArray
 
 WITH, WITHOUT = "may signal", "may not"
-Columns = Mapping[str, Mapping[str, FloatArray]]
 
 
 def encounter(seed: int, *, heeds: float = 0.5) -> Scenario:
