@@ -173,7 +173,7 @@ class Situation:
             raise OutOfTime
 
     def anticipated(self, last: Plan | None) -> Path:
-        """Return what people are taken to expect: the last plan carried forward, or straight to the goal."""
+        """Return (steps+1, d) m, what people are taken to expect: the last plan carried on, or straight to the goal."""
         time_step, speed = self.settings.time_step, self.robot.planning_speed
         if last is not None and self.time - last.time <= last.horizon_used * time_step:
             return carried_forward(last, time=self.time, start=self.start, goal=self.goal, steps=self.steps)

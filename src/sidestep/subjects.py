@@ -95,7 +95,7 @@ class Subject:
 
     @lazy
     def free(self) -> BoolArray | None:
-        """Cells where the person may be; None: everywhere that can be reached."""
+        """(cells…) where the person may be; None: everywhere that can be reached."""
         if self.around.obstacles is None:
             return None
         cells = self.lattice.with_radius(self.mind.model.reach * (self.around.horizon + self.look_ahead))

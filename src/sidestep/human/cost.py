@@ -122,8 +122,8 @@ def action_terms(model: HumanModel, goal: Goal, grid: CostGrid, width: int) -> A
     A `DirectionGoal` adds its pull here. The stage cost −θ1·d̂·x (d̂ the unit direction), summed over the M − j
     instants that action j still acts on, is θ1·(M − j)·ΔT·d̂_a·(w_a − m·v) per axis up to a constant, w the intended
     velocity; we charge its magnitude. For a person at the fastest action straight along an axis that is the linear
-    cost itself; for any other
-    velocity it keeps the pull from ending in a corner of the box of actions: nobody gains by hurrying.
+    cost itself; for any other velocity it keeps the pull from ending in a corner of the box of actions: nobody gains by
+    hurrying.
     """
     d, reach = grid.dimension, grid.reach
     count = 2 * reach + 1

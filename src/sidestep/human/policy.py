@@ -8,8 +8,7 @@ A `DirectionGoal` whose velocity lies between actions is kept on average: its de
 two neighbouring actions per axis that has exactly that mean. A person who minds the robot deviates per axis: along an
 axis where the best component is the undisturbed one there is no reason to deviate, and the mixture stays; elsewhere
 the best component itself is taken. So β = 0 and β = 1 agree exactly where the robot does not matter. A finite
-rationality spreads the choice by
-itself: then Eq. 5's Boltzmann form is kept as it is.
+rationality spreads the choice by itself: then Eq. 5's Boltzmann form is kept as it is.
 """
 
 from __future__ import annotations
@@ -154,7 +153,7 @@ def near_scratch(grid: CostGrid, values: ValueScratch, horizon: int, words: int)
 
 
 def embedded_free(free: BoolArray | None, grid: CostGrid) -> BoolArray | None:
-    """`free` of any odd width → grid.shape; cells beyond it are free."""
+    """`free` (cells…) of any odd width → the same on the rows and columns of `grid`; cells beyond it are free."""
     if free is None:
         return None
     given = np.asarray(free, dtype=np.bool_)

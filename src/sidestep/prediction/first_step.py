@@ -86,8 +86,10 @@ def first_step_risk(
     """Return (M,) P(closer than `distance` m at any time in `interval` s) to one person, per robot velocity (M, d) m/s.
 
     Args:
-        start: (d,) m, the robot; position: (d,) m, the person, Gaussian with `sigma` m per axis.
+        start: (d,) m, the robot; velocities: (M, d) m/s, of it.
+        position: (d,) m, the person, Gaussian with `sigma` m per axis.
         actions: (n, d) m/s and probabilities: (n,), what the person may do meanwhile.
+        distance: m, nearer than which counts; interval: s.
     """
     people = FirstStep(
         positions=np.atleast_2d(np.asarray(position, dtype=np.float64)),

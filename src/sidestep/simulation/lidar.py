@@ -86,7 +86,7 @@ class Scanner:
     def with_errors(
         self, ranges: FloatArray, hits: IntArray, squareness: FloatArray, generator: np.random.Generator
     ) -> tuple[FloatArray, IntArray]:
-        """Return ranges and hits after noise, mixed edges, missing, failed and spurious returns."""
+        """Return ranges (B,) m and hits (B,) after noise, mixed edges, missing, failed and spurious returns."""
         count = ranges.size
         seen = np.isfinite(ranges)
         noisy = ranges + generator.normal(size=count) * (self.noise + self.noise_share * np.where(seen, ranges, 0.0))

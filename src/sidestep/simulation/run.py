@@ -257,7 +257,7 @@ class Run:
         )
 
     def anticipated(self, now: float) -> Path:
-        """What people can know of the robot's motion: the plan in force, or straight to the goal at its speed."""
+        """(K+1, d) m that people can know of the robot's motion: the plan in force, or straight to the goal."""
         s, motion = self.scenario, self._in_force
         steps = s.planner.horizon + max(s.human.horizon or 0, s.planner.horizon, 1)
         here = self.robot.reference(self.state)

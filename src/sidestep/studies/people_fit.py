@@ -77,7 +77,7 @@ def uninformed(model: HumanModel) -> HumanModel:
 
 
 def packed(model: HumanModel) -> FloatArray:
-    """Return the fitted parameters of a model as one unbounded vector."""
+    """Return the fitted parameters of a model as one unbounded vector (K,)."""
     s = model.habits
     walking, standing = np.log(s.walking_modes), np.log(s.standing_modes)
     random = s.changed_before if model.online_randomness else model.randomness
