@@ -112,13 +112,16 @@ def test_a_twin_goes_its_own_way_and_a_reset_forgets():
     trip = trip_of(BASES["any velocity"], a_row(6), horizon=5)
     for _ in range(15):
         trip.step()
-    twin, seen = trip.planner.twin(), [PersonObservation(id="0", position=(4.0, 0.0), velocity=(0.0, 0.0))]
+    twin = trip.planner.twin()
     mine = trip.planner.step(time=3.2, robot=trip.state, people=[])
     theirs = twin.step(time=3.2, robot=trip.state, people=[])
     assert mine.velocity == pytest.approx(theirs.velocity, abs=0.0)
     assert mine.reason == theirs.reason
-    trip.planner.reset()
-    assert "around" not in trip.planner.step(time=0.0, robot=trip.state, people=seen).reason
+    row = [PersonObservation(id=str(n), position=p, velocity=(0.0, 0.0)) for n, p in enumerate(trip.people)]
+    assert "around" in trip.planner.step(time=3.4, robot=trip.state, people=row).reason
+    for time in (3.6, 0.0):
+        trip.planner.reset()
+        assert "around" not in trip.planner.step(time=time, robot=trip.state, people=row).reason  # met anew
 
 
 def test_with_a_deadline_the_way_is_laid_aside_and_taken():
