@@ -18,7 +18,7 @@ from sidestep._kernels import search as kernel
 from sidestep._kernels.search_walk import walk, walk_abreast
 from sidestep.obstacles import Obstacles
 from sidestep.planning.geodesic import ways_to_goal
-from sidestep.planning.problem import PlanningProblem
+from sidestep.planning.problem import PlanningProblem, respects
 from sidestep.planning.search import Outlook, search
 from sidestep.planning.search_maps import lattice_taps, prepare, resolution
 from sidestep.planning.stopping import LAG, Inertia
@@ -506,6 +506,46 @@ def test_first_step_limit_forbids_actions_that_sweep_too_close():
     velocity = (found.path[1] - found.path[0]) / 0.5
     assert near.risk(np.zeros(2), velocity[None])[0][0] <= near.limit
     assert search(problem()).path[1] == pytest.approx([0.5, 0.0])
+
+
+def test_a_first_action_goes_on_until_the_next_call():
+    wall = Obstacles(polygons=[[(1.5, -1.0), (1.7, -1.0), (1.7, 1.0), (1.5, 1.0)]])
+    ahead = np.array([[0.9, 0.0], [1.1, 0.0]])  # m/s, 1.2 m are free
+    costs = problem(obstacles=wall, margin=0.3, hold=1.2).first_step_costs(ahead)
+    assert list(np.isinf(costs)) == [False, True]
+    assert not problem(obstacles=wall, margin=0.3, hold=0.1).first_step_costs(ahead).any()  # 0.55 m in a step
+    assert list(np.isinf(problem(obstacles=wall, margin=0.3, time_step=1.2).first_step_costs(ahead))) == [False, True]
+
+
+@pytest.mark.parametrize("step", range(5))
+def test_every_step_of_what_is_allowed_keeps_off_walls_and_within_the_speed_limit(step):
+    path = np.arange(6)[:, None] * np.array([[0.4, 0.0]])
+    middle = 0.4 * step + 0.2
+    for gap, kept in ((0.28, False), (0.32, True)):  # beside the middle of one step
+        wall = Obstacles(polygons=[[(middle - 0.01, gap), (middle + 0.01, gap), (middle, 1.0)]])
+        assert problem(obstacles=wall, margin=0.3).allows(path) is kept
+    for more, kept in ((0.11, False), (0.09, True)):
+        faster = path.copy()
+        faster[step + 1 :, 0] += more
+        assert problem().allows(faster) is kept  # 1 m/s, 0.5 m in a step
+
+
+def test_what_a_rule_limits():
+    risk = np.array([0.9, 0.02, 0.0, 0.02, 0.9, 0.009])  # at half instants 1 to 6
+    assert respects(risk, "trajectory", 0.05)  # at whole instants, summed
+    assert not respects(risk, "trajectory", 0.048)
+    assert not respects(risk, "mass", 0.05)
+    assert respects(0.05 * risk, "mass", 0.046)
+    assert not respects(0.05 * risk, "mass", 0.044)
+    assert respects(0.5 * risk, "cells", 0.01)  # whatever is near a cell above it is 1
+    assert not respects(0.6 * risk, "cells", 0.99)
+
+
+def test_what_exceeds_the_limit_is_charged_less_from_recourse_on():
+    given_ = problem(graded=True, recourse_steps=2, later_risk_weight=7.0, steep_risk_weight=90.0)
+    assert given_.excess_weights.tolist() == [90.0, 90.0, 7.0, 7.0, 7.0]
+    assert replace(given_, recourse_steps=None).excess_weights.tolist() == [90.0] * 5
+    assert replace(given_, graded=False).excess_weights.tolist() == [0.0] * 5
 
 
 def test_walls_are_kept_off_along_the_whole_way():

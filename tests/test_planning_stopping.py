@@ -14,11 +14,14 @@ from hypothesis import strategies as st
 import sidestep
 from made_masses import still_person
 from made_trips import Trip
+from sidestep.lattice import Lattice
 from sidestep.obstacles import Obstacles
+from sidestep.planning.body import Body
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import search
 from sidestep.planning.stopping import LAG, Inertia
 from sidestep.prediction.collision import RiskField
+from sidestep.prediction.person_mass import PersonMass
 from sidestep.robots import DifferentialDrive, Holonomic, RobotState
 from sidestep.simulation.loop import simulate
 from sidestep.simulation.metrics import measure
@@ -138,8 +141,8 @@ def moving_up(speed: float, people: RiskField | None = None, **changes) -> Plann
     """A robot under way along x, that needs `speed`²/2 m to stop."""
     base = Inertia(velocity=np.array([speed, 0.0]), acceleration=1.0, time_step=STEP, interval=0.1)
     return PlanningProblem(
-        start=np.zeros(2), goal=np.array([4.0, 0.0]), time_step=STEP, horizon=6, max_speed=1.0, shape="disc",
-        people=people, risk_limit=0.05, inertia=base, **changes,
+        start=np.zeros(2), goal=np.array([4.0, 0.0]), time_step=STEP, max_speed=1.0, shape="disc",
+        people=people, risk_limit=0.05, inertia=base, **{"horizon": 6, **changes},
     )  # fmt: skip
 
 
@@ -172,6 +175,37 @@ def test_a_wall_in_the_way_to_a_stop_is_no_matter_of_degree():
 
     late = moving_up(1.5, behind, graded=True, obstacles=wall, margin=0.3)  # needs 1.13 m: it will be too near
     assert late.steep_risk_weight <= late.first_step_costs(late.inertia.hardest_stop()[None])[0] < np.inf
+
+
+@pytest.mark.parametrize("half", range(9))
+def test_who_is_in_the_way_to_a_stop_at_another_time_is_not_in_the_way(half):
+    """From 1 m/s at 1 m/s², with a call after 0.1 s, the base stands after 1.1 s: in the fifth quarter of a second."""
+    sometimes = np.zeros(13)  # half instants 0 to 12, of 0.25 s
+    sometimes[half] = 1.0
+    somebody = PersonMass(
+        lattice=Lattice(origin=np.zeros(2), spacing=1.0, radius=0), flat=sometimes,
+        offsets=np.arange(14), radii=np.zeros(13, dtype=np.int64),
+    )  # fmt: skip
+    for horizon in (2, 6):  # nobody knows of people after it
+        given_ = moving_up(1.0, RiskField(people=[somebody], distances=np.array([2.0])), horizon=horizon)
+        met = 1 <= half <= min(5, 2 * horizon)
+        assert np.isinf(given_.first_step_costs(np.array([[1.0, 0.0]]))[0]) == met
+        onward = np.arange(horizon + 1)[:, None] * np.array([[0.5, 0.0]])
+        assert given_.can_stop(onward) == (not met)
+
+
+def test_nobody_can_stop_in_time_where_a_wall_or_somebody_who_stands_is_nearer():
+    onward = np.arange(7)[:, None] * np.array([[0.5, 0.0]])
+    for room, can in ((0.58, False), (0.64, True)):  # it stands after 0.1 + 0.5 m
+        wall = Obstacles(polygons=[[(room + 0.3, -1.0), (2.0, -1.0), (2.0, 1.0), (room + 0.3, 1.0)]])
+        assert moving_up(1.0, obstacles=wall, margin=0.3).can_stop(onward) is can
+        state, robot = RobotState(position=(0.0, 0.0), velocity=(1.0, 0.0)), Holonomic(max_acceleration=1.0)
+        body = Body(
+            robot=robot, state=state, interval=0.1, people=np.array([[room + 0.6, 0.0]]), contacts=np.array([0.6])
+        )
+        assert moving_up(1.0, body=body).can_stop(onward) is can
+        free = replace(moving_up(1.0, body=replace(body, robot=Holonomic())), inertia=None)  # which goes 0.1 m
+        assert free.can_stop(onward)
 
 
 def test_whoever_stands_may_stand_whatever_comes():
