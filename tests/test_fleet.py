@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import sidestep
 from made_trips import ROOMS, Trip, bases
 from sidestep.errors import InvalidInput
-from sidestep.fleet import LEAST_MARGIN, AmongRobots, Announced, FleetPlanner, _numbered
+from sidestep.fleet import LEAST_MARGIN, AmongRobots, Announced, FleetPlanner, _nearest, _numbered
 from sidestep.io.records import read_record, write_record
 from sidestep.io.scenarios import load_scenario
 from sidestep.simulation.loop import simulate
@@ -51,6 +51,14 @@ def test_the_first_motion_clears_whatever_the_other_may_do(x, y, vx, vy, settled
         assert _least(start, plan.velocity, there, np.array(theirs)) >= 0.6 - 1e-9
 
 
+def test_how_near_two_robots_come_is_looked_for_between_the_instants_too():
+    across, up = np.array([[-1.0, 0.0], [1.0, 0.0], [3.0, 0.0]]), np.array([[0.0, -1.0], [0.0, 1.0]])
+    assert _nearest(across, up) == pytest.approx(0.0)
+    for x, least in ((0.5, 0.3), (2.5, 0.3), (3.4, 0.5)):  # who stands, stands for as long as the other moves
+        parked = np.array([[x, 0.3]])
+        assert _nearest(parked, across) == _nearest(across, parked) == pytest.approx(least)
+
+
 def test_a_whole_plan_keeps_clear_of_an_announced_one():
     planner = FleetPlanner(robot=ROBOT, goal=(0.0, 4.0), horizon=8)
     crossing = _path((-2.0, 2.0), (1.0, 0.0))
@@ -77,6 +85,17 @@ def test_a_late_announcement_is_carried_forward(age):
     now = plan_for(Announced(path=_path((-2.0 + age, 1.5), (1.0, 0.0)), **crossing))
     late = plan_for(Announced(path=_path((-2.0, 1.5), (1.0, 0.0)), age=age, **crossing))
     np.testing.assert_allclose(late.positions, now.positions, atol=1e-9)
+
+
+@pytest.mark.parametrize(("age", "x", "pace"), [(0.25, 0.25, 1.0), (0.75, 0.5, 0.0), (0.5, 0.5, 0.0), (9.0, 0.5, 0.0)])
+def test_what_was_announced_late_is_where_the_path_has_led_by_now(age, x, pace):
+    """Half a metre, and there it stands; until then the velocity told is the best that is known."""
+    path = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.0], [0.5, 0.0]]
+    told = Announced(path=path, radius=0.3, settled=True, velocity=(1.0, 0.0), age=age).carried(0.5)
+    assert told.path[0] == pytest.approx((x, 0.0))
+    assert told.path[-1] == pytest.approx((0.5, 0.0))
+    assert told.velocity == pytest.approx((pace, 0.0))
+    assert not told.settled  # nobody knows what it has decided since
 
 
 @pytest.mark.parametrize("age", [1.5, np.nan, np.inf])
