@@ -184,3 +184,18 @@ def test_what_is_planned_was_judged_under_what_it_induces_and_costs_no_more_than
     mine, others = (o.problem.for_least_risk.cost(o.path, o.risk) for o in (outcome, stand))
     assert outcome.status == "certified" or mine <= others
     assert outcome.rounds <= now.settings.rounds + 2
+
+
+def test_of_what_keeps_no_limit_the_cheapest_is_done(monkeypatch):
+    now = situation(monkeypatch, people=CROWD, calls=2, horizon=5)
+    into = np.linspace(0.0, 2.5, 6)[:, None] * np.array([[1.0, 0.0]])  # the one who comes from there
+    stay = now.standing()
+    for strict, graded in ((None, None), (None, into), (into, None), (into, into), (into, stay)):
+
+        def found(_, problem, strict=strict, graded=graded):
+            return graded if problem.graded else strict
+
+        monkeypatch.setattr("sidestep.ladder._motion", found)
+        outcome = climb(now, now.anticipated(None))
+        np.testing.assert_array_equal(outcome.path, stay)
+        assert outcome.status == "least_risk"
