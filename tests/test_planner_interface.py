@@ -270,6 +270,18 @@ def test_who_is_asked_again_in_the_same_instant_answers_the_same(limit: float | 
         state = base.follow(first.velocity, state, 0.5)
 
 
+def test_the_places_of_a_stop_are_of_the_point_that_is_planned_for() -> None:
+    """They were those of the axle, and of every other plan those of the reference."""
+    base = sidestep.DifferentialDrive(radius=0.3)
+    state = sidestep.RobotState(position=(1.0, 2.0), heading=0.7)
+    one = planner(robot=base)
+    stop, plan = one.step(time=0.0, robot=state, people=None), one.step(time=0.1, robot=state, people=[])
+    assert stop.status == "stopped"
+    np.testing.assert_allclose(stop.positions, np.tile(plan.positions[0], (5, 1)))
+    lost = dataclasses.replace(state, heading=float("nan"))
+    np.testing.assert_allclose(one.step(time=0.2, robot=lost, people=[]).positions, np.tile([1.0, 2.0], (5, 1)))
+
+
 def test_losing_sight_stops_within_the_timeout_and_recovers() -> None:
     p = planner(timeout=1.0)
     seen = [person(-4.0, 0.0, velocity=(1.0, 0.0))]

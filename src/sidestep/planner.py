@@ -353,11 +353,13 @@ class Planner:
         """The last rung: stand still, and say why."""
         d = self.goal.size
         known = _is_state(robot) and robot.position.shape == (d,) and plausible(robot.position)
-        here = robot.position if known else np.zeros(d)
+        here, wheels = robot.position if known else np.zeros(d), isinstance(self.robot, DifferentialDrive)
+        if known and wheels and _is_finite(robot.heading):
+            here = self.robot.reference(robot)
         return stopped_plan(
             time=time,
             here=here,
-            inputs=2 if isinstance(self.robot, DifferentialDrive) else d,
+            inputs=2 if wheels else d,
             settings=self.settings,
             reason=reason,
             duration=perf_counter() - started,

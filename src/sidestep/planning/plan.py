@@ -65,7 +65,7 @@ class Plan:
         time_step: s, ΔT between the positions.
         velocity: (d,) m/s, to be applied until the next call; where acceleration is limited, what to ramp to.
         command: what the robot's base takes: the velocity, or (v, ω) in m/s and rad/s for a differential drive.
-        positions: (N+1, d) m, k = 0..N.
+        positions: (N+1, d) m, k = 0..N, of the point that planning moves (`robot.reference`).
         velocities: (N, d) m/s, means over each step.
         collision_probability: (N,) P_coll(k|t), k = 1..N, of a first contact with anybody (the sum is that of any),
             recomputed under the prediction that this plan induces.
