@@ -9,12 +9,9 @@ from hypothesis import strategies as st
 
 import sidestep
 from made_trips import ROOMS, Trip, bases
-from sidestep import Holonomic, HumanModel, Obstacles, PersonObservation, Planner, RobotState
+from sidestep import Holonomic, Obstacles, PersonObservation, Planner, RobotState
 from sidestep._kernels import ways as kernels
-from sidestep.detour import Detours, Disc
 from sidestep.planning.geodesic import open_ways, ways_to_goal
-from sidestep.planning.settings import PlannerSettings
-from sidestep.site import site_of
 
 GOAL = (8.0, 0.0)
 BASES = bases(radius=0.3, turning=4.0)
@@ -86,19 +83,6 @@ def test_where_people_stand_in_every_way_the_reason_says_so():
     assert not trip.arrived
     assert "people stand in every way to the goal" in trip.plans[-1].reason
     assert trip.nearest > 0.6
-
-
-@pytest.mark.parametrize("robot", [BASES["any velocity"], BASES["limited acceleration"]])
-@pytest.mark.parametrize(("x", "said"), [(3.0, "going around people"), (3.9, "people stand in every way")])
-def test_a_way_that_is_open_is_not_closed_by_having_waited(robot, x, said):
-    """The longer a robot waits the more room it is taken to need: beside who stands at the other door none was left."""
-    settings = PlannerSettings()
-    site = site_of(GOAL, ROOMS, robot=robot, human=HumanModel(), settings=settings)
-    detours = Detours(robot, settings)
-    people = {"in the door": Disc(np.array([4.05, 0.0]), 0.3), "at the other": Disc(np.array([x, 5.2]), 0.3)}
-    for time in range(100, 140, 2):
-        course = detours.course(site, people, here=np.array([3.2, -0.8]), time=float(time))
-    assert said in course.remark
 
 
 def test_who_walks_is_never_taken_to_stand():

@@ -36,7 +36,7 @@ FORGOTTEN = 60.0
 ROOM, BRAKED_ROOM, MOST_ROOM = 0.4, 0.5, 1.0
 """m beyond contact that a robot needs beside somebody who stands: any base, one of limited acceleration, at most."""
 PATIENCE, WIDER = 6.0, 0.2
-"""s of waiting after which the robot is taken to need so many m more, where that leaves a way at all."""
+"""s of waiting after which the robot is taken to need so many m more."""
 NUDGE = 0.5
 """m that a goal may be moved by and still be the same: what was waited before counts on."""
 PROGRESS = 0.2
@@ -92,32 +92,18 @@ class Laid:
     """A way around people.
 
     Attributes:
-        centres: id → (2,) m, where they stand; field: the way.
-        room: m beyond contact, at most, that was wanted; least: whether it is laid with as little as can be.
+        centres: id → (2,) m, where they stand; room: m beyond contact, at most; field: the way.
     """
 
     centres: Mapping[str, Vector]
     room: float
     field: DistanceField
-    least: bool
 
-    def fits(self, wanted: Wanted) -> bool:
-        """Whether it leads around just these, from here."""
-        standing = wanted.standing
-        if wanted.room != self.room or self.centres.keys() != standing.keys():
-            return False
-        if not (self.least or self.field.reaches(wanted.here)):
+    def fits(self, standing: Mapping[str, Stand], room: float) -> bool:
+        """Whether it leads around just these."""
+        if room != self.room or self.centres.keys() != standing.keys():
             return False
         return all(math.dist(self.centres[name], stand.here) < SHIFT for name, stand in standing.items())
-
-
-class Wanted(NamedTuple):
-    """What a way is to be laid around, how many m beyond contact, that or at least, and from where, (2,) m."""
-
-    standing: Mapping[str, Stand]
-    room: float
-    least: float
-    here: Vector
 
 
 class Laying:
@@ -158,7 +144,7 @@ class Detours:
         self._ways: Ways | None = None  # where there is no map
         self._laid: Laid | None = None
         self._laying: Laying | None = None
-        self._told: Wanted | None = None  # of the last call
+        self._told: tuple[Mapping[str, Stand], float] | None = None  # around whom, m beyond contact
 
     def renew(self, site: Site) -> None:
         """Take another goal or map. With a deadline the way around those who stand is laid at once, unlike in `course`.
@@ -173,7 +159,7 @@ class Detours:
             self._ways = open_ways(site.goal, before.corner, before.far)
         ways = self._ways if site.ways is None else site.ways
         if ways is not None and ways.spacing <= COARSEST:
-            self._laid = _laid(ways, self._told)
+            self._laid = _laid(ways, *self._told)
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_laying": None}  # a thread cannot be copied: what it lays is laid anew
@@ -202,8 +188,8 @@ class Detours:
             self._least, self._progress = direct, time
         waited = time - self._progress
         standing = self._standing(site.goal, here, time - after)
-        self._told = self._wanted(standing, waited, here) if standing else None
-        laid = self._around(site, self._told) if self._told else None
+        self._told = (standing, self._room(waited)) if standing else None
+        laid = self._around(site, *self._told, here) if self._told else None
         if laid is None:
             return Course(site.field, waited=waited)
         who = " and ".join(sorted({stand.kind for stand in standing.values()}))
@@ -241,23 +227,23 @@ class Detours:
             and math.dist(stand.here, goal) > stand.contact + SHIFT
         }
 
-    def _wanted(self, standing: Mapping[str, Stand], waited: float, here: Vector) -> Wanted:
-        """With the room that the robot is taken to need, after having waited for so many s."""
+    def _room(self, waited: float) -> float:
+        """Metres beyond contact that the robot is taken to need, after having waited for so many s."""
         least = ROOM if self._robot.planning_acceleration is None else BRAKED_ROOM
-        return Wanted(standing, min(least + WIDER * (waited // PATIENCE), MOST_ROOM), least, here)
+        return min(least + WIDER * (waited // PATIENCE), MOST_ROOM)
 
-    def _around(self, site: Site, wanted: Wanted) -> DistanceField | None:
+    def _around(self, site: Site, standing: Mapping[str, Stand], room: float, here: Vector) -> DistanceField | None:
         """The way around them all, laid anew where somebody is new, gone or has shifted; None: not laid yet."""
-        ways = self._open(site, wanted.standing, wanted.here) if site.ways is None else site.ways
+        ways = self._open(site, standing, here) if site.ways is None else site.ways
         if ways.spacing > COARSEST:
             return None
         if self._laying is not None and self._laying.over:
             self._laid, self._laying = self._laying.laid or self._laid, None
-        if self._laid is None or not self._laid.fits(wanted):
+        if self._laid is None or not self._laid.fits(standing, room):
             if not self._aside:
-                self._laid = _laid(ways, wanted)
+                self._laid = _laid(ways, standing, room)
             elif self._laying is None:
-                self._laying = Laying(lambda: _laid(ways, wanted))
+                self._laying = Laying(lambda: _laid(ways, standing, room))
         return None if self._laid is None else self._laid.field
 
     def _open(self, site: Site, standing: Mapping[str, Stand], here: Vector) -> Ways:
@@ -272,16 +258,8 @@ class Detours:
         return ways
 
 
-def _laid(ways: Ways, wanted: Wanted) -> Laid:
-    """The way around all who stand with the room that is wanted; with as little as can be where that leaves none."""
-    standing, room, least, here = wanted
-    centres = {name: stand.here for name, stand in standing.items()}
-    field = _field(ways, standing, room)
-    narrow = room > least and not field.reaches(here)
-    return Laid(centres, room, _field(ways, standing, least) if narrow else field, least=narrow or room <= least)
-
-
-def _field(ways: Ways, standing: Mapping[str, Stand], room: float) -> DistanceField:
+def _laid(ways: Ways, standing: Mapping[str, Stand], room: float) -> Laid:
     """The way around all who stand, `room` m beyond contact, or less where the goal is nearer to them."""
+    centres = {name: stand.here for name, stand in standing.items()}
     radii = [max(min(s.contact + room, math.dist(s.here, ways.goal) - SHIFT), 0.0) for s in standing.values()]
-    return ways.field(np.array([stand.here for stand in standing.values()]), np.array(radii))
+    return Laid(centres, room, ways.field(np.array(list(centres.values())), np.array(radii)))
