@@ -270,6 +270,12 @@ def test_a_horizon_that_ends_before_the_base_stands_is_told(horizon, told, caplo
     assert ("3 s from full speed" in caplog.text) == ("ask for 6 steps" in caplog.text) == told
 
 
+def test_rehearsals_of_shorter_horizons_warn_of_nothing(caplog):
+    robot = Holonomic(max_speed=1.5, max_acceleration=0.6)
+    sidestep.Planner(robot=robot, goal=(6.0, 3.0), time_step=0.5, deadline=1.0)
+    assert "planner.horizon" not in caplog.text
+
+
 @pytest.mark.parametrize("name", SLUGGISH)
 def test_it_gets_away_from_a_wall_that_it_stands_beside_and_around_a_corner(name):
     robot = SLUGGISH[name]

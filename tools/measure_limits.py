@@ -23,50 +23,6 @@ from sidestep.simulation.metrics import Metrics, measure
 
 ROOT = Path(__file__).resolve().parents[1]
 
-PURSUIT = [{"time": 2.0 + 0.5 * k, "goal": "robot"} for k in range(16)]
-CASES: dict[str, dict[str, Any]] = {
-    "a person who walks straight on": {},
-    "… and the robot is slow, 0.3 m/s": {"robot": {"max_speed": 0.3}},
-    "… and the person runs (2.5 m/s), the robot is slow": {"robot": {"max_speed": 0.3}, "person": {"speed": 2.5}},
-    "… and positions are noisy (0.1 m)": {"measurement": {"position_noise": 0.1}},
-    "… and is seen only from 3 m on": {"measurement": {"range": 3.0}},
-    "every second step random": {"person": {"kind": "unconcerned", "randomness": 0.5}},
-    "… and the planner takes ω = 0.05 for granted": {
-        "person": {"kind": "unconcerned", "randomness": 0.5},
-        "human": {"randomness": 0.05, "online_randomness": False, "steadiness": False},
-    },
-    "turns once toward the robot, after 3 s": {"person": {"goal_changes": [{"time": 3.0, "goal": "robot"}]}},
-    "… and the planner was told another goal": {
-        "person": {"goal_changes": [{"time": 3.0, "goal": "robot"}], "goal_known": True}
-    },
-    "comes for the robot (1 m/s), again and again": {"person": {"goal_changes": PURSUIT}},
-    "… faster than the robot (1.5 m/s)": {"person": {"goal_changes": PURSUIT, "speed": 1.5}},
-    "… and the robot is slow (0.3 m/s)": {"person": {"goal_changes": PURSUIT}, "robot": {"max_speed": 0.3}},
-    "three abreast": {"abreast": 3},
-    "walks in zigzag": {"person": {"decision_interval": 0.1}, "walk": "zigzag"},
-    "walks ahead, stops, and steps back": {"person": {"decision_interval": 0.1}, "walk": "back"},
-    "stands beside the way, and sets off across it": {"person": {"decision_interval": 0.1}, "walk": "sets off"},
-    "walks straight on; the base brakes at 1 m/s²": {"robot": {"max_acceleration": 1.0}},
-    "… and the planner does not know": {"robot": {"max_acceleration": 1.0}, "untold": True},
-    "every second step random; the base brakes at 0.5 m/s²": {
-        "person": {"kind": "unconcerned", "randomness": 0.5},
-        "robot": {"max_acceleration": 0.5},
-    },
-    "… and the planner does not know either": {
-        "person": {"kind": "unconcerned", "randomness": 0.5},
-        "robot": {"max_acceleration": 0.5},
-        "untold": True,
-    },
-    "walks in zigzag; the base brakes at 1 m/s²": {
-        "person": {"decision_interval": 0.1}, "walk": "zigzag", "robot": {"max_acceleration": 1.0},
-    },
-    "walks ahead, stops, and steps back; 1 m/s²": {
-        "person": {"decision_interval": 0.1}, "walk": "back", "robot": {"max_acceleration": 1.0},
-    },
-    "sets off across its way; 1 m/s²": {
-        "person": {"decision_interval": 0.1}, "walk": "sets off", "robot": {"max_acceleration": 1.0},
-    },
-}  # fmt: skip
 FAR = 100.0  # m to a goal that only says which way
 
 
@@ -77,7 +33,14 @@ def zigzag(generator: np.random.Generator) -> dict[str, Any]:
     both = [FAR * np.array([np.cos(way + side), np.sin(way + side)]) for side in (turn, -turn)]
     start = np.array([4.0, 0.0]) - 0.05 * speed * np.mean(both, axis=0) / np.cos(turn)
     turns = [{"time": first * period + period * k, "goal": both[k % 2].tolist()} for k in range(40)]
-    return {"speed": speed, "start": start.tolist(), "goal": both[1].tolist(), "goal_changes": turns}
+    before = (speed / FAR * both[1]).tolist()
+    return {
+        "speed": speed,
+        "start": start.tolist(),
+        "goal": both[1].tolist(),
+        "goal_changes": turns,
+        "arrives_with": before,
+    }
 
 
 def steps_back(generator: np.random.Generator) -> dict[str, Any]:
@@ -105,7 +68,44 @@ def sets_off(generator: np.random.Generator) -> dict[str, Any]:
     }
 
 
-WALKS = {"zigzag": zigzag, "back": steps_back, "sets off": sets_off}
+PURSUIT = [{"time": 2.0 + 0.5 * k, "goal": "robot"} for k in range(16)]
+CASES: dict[str, dict[str, Any]] = {
+    "a person who walks straight on": {},
+    "… and the robot is slow, 0.3 m/s": {"robot": {"max_speed": 0.3}},
+    "… and the person runs (2.5 m/s), the robot is slow": {"robot": {"max_speed": 0.3}, "person": {"speed": 2.5}},
+    "… and positions are noisy (0.1 m)": {"measurement": {"position_noise": 0.1}},
+    "… and is seen only from 3 m on": {"measurement": {"range": 3.0}},
+    "every second step random": {"person": {"kind": "unconcerned", "randomness": 0.5}},
+    "… and the planner takes ω = 0.05 for granted": {
+        "person": {"kind": "unconcerned", "randomness": 0.5},
+        "human": {"randomness": 0.05, "online_randomness": False, "steadiness": False},
+    },
+    "turns once toward the robot, after 3 s": {"person": {"goal_changes": [{"time": 3.0, "goal": "robot"}]}},
+    "… and the planner was told another goal": {
+        "person": {"goal_changes": [{"time": 3.0, "goal": "robot"}], "goal_known": True}
+    },
+    "comes for the robot (1 m/s), again and again": {"person": {"goal_changes": PURSUIT}},
+    "… faster than the robot (1.5 m/s)": {"person": {"goal_changes": PURSUIT, "speed": 1.5}},
+    "… and the robot is slow (0.3 m/s)": {"person": {"goal_changes": PURSUIT}, "robot": {"max_speed": 0.3}},
+    "three abreast": {"abreast": 3},
+    "walks in zigzag": {"walk": zigzag},
+    "walks ahead, stops, and steps back": {"walk": steps_back},
+    "stands beside the way, and sets off across it": {"walk": sets_off},
+    "walks straight on; the base brakes at 1 m/s²": {"robot": {"max_acceleration": 1.0}},
+    "… and the planner does not know": {"robot": {"max_acceleration": 1.0}, "untold": True},
+    "every second step random; the base brakes at 0.5 m/s²": {
+        "person": {"kind": "unconcerned", "randomness": 0.5},
+        "robot": {"max_acceleration": 0.5},
+    },
+    "… and the planner does not know either": {
+        "person": {"kind": "unconcerned", "randomness": 0.5},
+        "robot": {"max_acceleration": 0.5},
+        "untold": True,
+    },
+    "walks in zigzag; the base brakes at 1 m/s²": {"walk": zigzag, "robot": {"max_acceleration": 1.0}},
+    "walks ahead, stops, and steps back; 1 m/s²": {"walk": steps_back, "robot": {"max_acceleration": 1.0}},
+    "sets off across its way; 1 m/s²": {"walk": sets_off, "robot": {"max_acceleration": 1.0}},
+}
 
 
 def scenario(case: dict[str, Any], seed: int) -> sidestep.Scenario:
@@ -123,7 +123,7 @@ def scenario(case: dict[str, Any], seed: int) -> sidestep.Scenario:
         start = meet + aside - pace * when * along
         person = {"kind": "straight", "speed": pace, "goal_known": False, "arrives_with": (pace * along).tolist()}
         person |= {"start": start.tolist(), "goal": (meet + aside + 20 * along).tolist(), "decision_interval": 0.5}
-        walk = WALKS[case["walk"]](generator) if "walk" in case else {}
+        walk = case["walk"](generator) | {"decision_interval": 0.1} if "walk" in case else {}
         people.append(person | walk | case.get("person", {}))
     data = {
         "name": "limits",

@@ -198,7 +198,7 @@ class AmongRobots(Situation):
         far, blocks = self.around.horizon * self.around.time_step * self.around.robot_speed, 2 * self.around.horizon + 1
         return any(
             float(np.sqrt(np.square(other.doubled(blocks) - self.start).sum(axis=1)).min())
-            < self.robot.planning_radius + other.radius + CLEARANCE_MARGIN + far
+            < self._clearance(other) + far
             for other in self.others
         )
 
@@ -218,10 +218,14 @@ class AmongRobots(Situation):
                         return True
         return False
 
+    def _clearance(self, other: Announced) -> float:
+        """Metres between the points that planning moves that plans keep from another robot."""
+        return self.robot.planning_radius + other.radius + CLEARANCE_MARGIN
+
     def _stands_too_near(self, other: Announced) -> bool:
         """Whether another robot stands nearer than plans keep from it."""
         going = other.first_velocities(self.settings.time_step, self.around.interval)
-        near = math.dist(other.path[0], self.start) < self.robot.planning_radius + other.radius + CLEARANCE_MARGIN
+        near = math.dist(other.path[0], self.start) < self._clearance(other)
         return near and float(np.abs(going).max()) < STANDS
 
     def problem_under(self, seen: Forecast) -> PlanningProblem:
@@ -237,8 +241,7 @@ class AmongRobots(Situation):
         distances = np.zeros(0) if people is None else people.distances
         for other in self.others:
             masses += [_at(place, b, blocks) for b, place in enumerate(other.doubled(blocks))]
-            keep = self.robot.planning_radius + other.radius + CLEARANCE_MARGIN
-            distances = np.concatenate([distances, np.full(blocks, keep)])
+            distances = np.concatenate([distances, np.full(blocks, self._clearance(other))])
         return RiskField(people=masses, distances=distances, midway=self.around.midway)
 
     def _first_step(self, people: FirstStep | None) -> FirstStep | None:

@@ -80,7 +80,7 @@ class Planner:
         if limit is not None and robot.planning_speed > LONGEST_LOOK * limit:
             allowed = f"a robot that can stop within {LONGEST_LOOK:g} s"
             raise InvalidInput("planner.robot", robot, allowed, "make it slower, or its acceleration larger")
-        _warn_of_unseen_stops(robot, self.settings)
+        self._warn_of_unseen_stops()
         self._crew = Crew(self.settings.threads)
         self._outlook = Outlook()
         self._afterwards = Afterwards()
@@ -95,6 +95,15 @@ class Planner:
         self._site = self._at(goal, obstacles, self._told)
         if self.settings.deadline is not None:
             self.warm_up()
+
+    def _warn_of_unseen_stops(self) -> None:
+        """Say so where a plan ends before the base could stand, since nobody looks at who is there then."""
+        limit, steps, step = self.robot.planning_acceleration, self.settings.horizon, self.settings.time_step
+        needed = 0.0 if limit is None else self.robot.planning_speed / limit  # s, from full speed
+        if needed > steps * step:
+            told = "planner.horizon: %d steps of %g s end before the base can stand, %.3g s from full speed: who is in "
+            told += "the way of such a stop is not seen; ask for %d steps, or make the base slower"
+            _log.warning(told, steps, step, needed, math.ceil(needed / step))
 
     def warm_up(self, *, walled: bool | None = None) -> None:
         """Compile and load all that planning needs, which takes seconds once per process, before a call that counts.
@@ -366,16 +375,6 @@ class Planner:
         )
 
 
-def _warn_of_unseen_stops(robot: Robot, settings: PlannerSettings) -> None:
-    """Say so where a plan ends before the base could stand, since nobody looks at who is there then."""
-    limit, step = robot.planning_acceleration, settings.time_step
-    needed = 0.0 if limit is None else robot.planning_speed / limit  # s, from full speed
-    if needed > settings.horizon * step:
-        told = "planner.horizon: %d steps of %g s end before the base can stand, %.3g s from full speed: who is in "
-        told += "the way of such a stop is not seen; ask for %d steps, or make the base slower"
-        _log.warning(told, settings.horizon, step, needed, math.ceil(needed / step))
-
-
 def _is_finite(value: object) -> bool:
     """Whether it is a finite number; what is none is not."""
     try:
@@ -389,6 +388,13 @@ def _is_state(robot: object) -> bool:
     return isinstance(robot, RobotState)
 
 
+class _Double(Planner):
+    """Plans past people who do not exist. How far ahead is not what was asked for, and nobody is warned of it."""
+
+    def _warn_of_unseen_stops(self) -> None:
+        pass
+
+
 @lru_cache(maxsize=64)
 def _rehearsed(robot: Robot, human: HumanModel, settings: PlannerSettings, dimension: int, walled: bool) -> None:
     """Plan past people who do not exist, once in a process for every kind of world."""
@@ -399,7 +405,7 @@ def _rehearsed(robot: Robot, human: HumanModel, settings: PlannerSettings, dimen
     for horizon in {min(n, settings.horizon) for n in most}:
         unhurried = replace(settings, deadline=None, horizon=horizon, detour_after=soon)
         goal = rehearsal.goal(dimension)
-        double = Planner(robot=robot, goal=goal, human=human, obstacles=walls, settings=unhurried)
+        double = _Double(robot=robot, goal=goal, human=human, obstacles=walls, settings=unhurried)
         for time, state, people in rehearsal.calls(robot, dimension):
             double.step(time=time, robot=state, people=people)
 
