@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def take_steps(flat: FloatArray, offsets: IntArray, radii: IntArray, dimension: int, steps: FloatArray) -> None:
     """Lay out the even blocks; cells farther than radii[2k] from the anchor hold nothing at step k.
 

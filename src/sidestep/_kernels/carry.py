@@ -7,10 +7,11 @@ import math
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def head_for(path: FloatArray, known: int, goal: FloatArray, stride: float) -> None:
     """Fill `path` (K+1, d) m from row `known` ≥ 1 on: from row known − 1 straight to `goal`, `stride` m per step."""
     d = path.shape[1]
@@ -24,7 +25,7 @@ def head_for(path: FloatArray, known: int, goal: FloatArray, stride: float) -> N
             path[k, a] = path[known - 1, a] + part * (goal[a] - path[known - 1, a])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def grown(path: FloatArray, goal: FloatArray, steps: int) -> FloatArray:
     """(steps+1, d) m: `path` as far as it goes, and on to `goal` at the length of its last stride."""
     known, d = min(path.shape[0], steps + 1), path.shape[1]
@@ -40,7 +41,7 @@ def grown(path: FloatArray, goal: FloatArray, steps: int) -> FloatArray:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def shifted(positions: FloatArray, shift: float, start: FloatArray, goal: FloatArray, steps: int) -> FloatArray:
     """(steps+1, d) m: `positions` (K+1, d) from instant `shift` (steps) on, moved to begin at `start`, then `grown`."""
     last, d = positions.shape[0] - 1, positions.shape[1]

@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import BoolArray, FloatArray
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _gone(cell: int, step: int, cells: int) -> bool:
     """Whether a line that is in this row of cells comes no more to those of the grid."""
     return cell < 0 if step < 0 else cell >= cells
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def traversed(
     origin: FloatArray, ends: FloatArray, corner: FloatArray, spacing: float, shape: tuple[int, int]
 ) -> BoolArray:

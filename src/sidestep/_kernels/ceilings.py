@@ -6,10 +6,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
+
 Line = NDArray[np.float32]
 
 
-@njit(cache=True, fastmath=True)  # a ceiling, no result: rounding is of no consequence
+@njit(**KERNEL, fastmath=True)  # a ceiling, no result: rounding is of no consequence
 def min_plus_repeatedly(values: Line, out: Line, rounds: int) -> None:
     """Four additions and four minima per element and round, all within the first cache."""
     n = values.size
@@ -23,7 +25,7 @@ def min_plus_repeatedly(values: Line, out: Line, rounds: int) -> None:
             out[i] = min(min(out[i], v + a), min(min(v + b, v + c), v + d))
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def copy_repeatedly(source: Line, target: Line, rounds: int) -> None:
     """Copy a block that does not fit into any cache."""
     for r in range(rounds):

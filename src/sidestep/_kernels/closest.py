@@ -6,10 +6,11 @@ import math
 
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def closest_approach(
     way: FloatArray, step: float, since: float, start: FloatArray, velocity: FloatArray, ahead: float
 ) -> tuple[float, float]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import Values
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def add_products(axes: Values, dimension: int, table: Values) -> None:
     """Add one body's danger, a product of factors per axis, at every instant and cell.
 

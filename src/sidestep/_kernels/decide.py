@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from sidestep._kernels.frames import local
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import CostTables, Values, axis_radius, row_count, sweep
 from sidestep._kernels.sweep_tables import (
     danger_tables,
@@ -20,7 +21,7 @@ from sidestep._kernels.sweep_tables import (
 from sidestep.types import BoolArray, FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def first_action_costs(
     world: FloatArray,
     origin: FloatArray,
@@ -82,7 +83,7 @@ def first_action_costs(
     return _with_effort(arrive, taps, centre, d)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _goal_terms(
     origin: FloatArray, rotation: FloatArray, spacing: float, goal: FloatArray, weight: FloatArray, squared: bool,
     centre: int, rows: int, free: BoolArray,
@@ -99,7 +100,7 @@ def _goal_terms(
     return axes, table
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _with_effort(arrive: Values, taps: FloatArray, centre: int, dimension: int) -> FloatArray:
     """(n,) what arriving with each action costs from the middle cell, and the action itself; last axis fastest."""
     count = taps.shape[2]
@@ -118,7 +119,7 @@ def _with_effort(arrive: Values, taps: FloatArray, centre: int, dimension: int) 
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def seen_off(path: FloatArray, place: FloatArray, error: float) -> FloatArray:
     """(K, d) m: `path` as it is seen from `place` (d,) m, every position farther off by `error` m."""
     out = np.empty_like(path)
@@ -132,7 +133,7 @@ def seen_off(path: FloatArray, place: FloatArray, error: float) -> FloatArray:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def odds_of(costs: FloatArray, rationality: float, tolerance: float) -> FloatArray:
     """(n,) weights of the actions in P_d (Eq. 5): 1 for the cheapest and its ties; 0 for all if none is possible.
 
@@ -151,7 +152,7 @@ def odds_of(costs: FloatArray, rationality: float, tolerance: float) -> FloatArr
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def drawn(odds: FloatArray, luck: float) -> int:
     """Index of the action that `luck`, uniform in [0, 1), falls on; −1 if none has any weight."""
     total = odds.sum()

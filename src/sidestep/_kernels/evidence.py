@@ -10,13 +10,14 @@ import math
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 FLOOR = 1e-12
 """Keeps every hypothesis alive when millions of likelihoods have been multiplied."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def mixed(weights: FloatArray, probabilities: FloatArray) -> FloatArray:
     """(n,) Σ weights · P(u): action probabilities (G, 2, n) over what is believed (G, 2)."""
     out = np.zeros(probabilities.shape[2])
@@ -27,7 +28,7 @@ def mixed(weights: FloatArray, probabilities: FloatArray) -> FloatArray:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def action_weights(
     velocities: FloatArray, displacement: FloatArray, elapsed: float, covariance: FloatArray
 ) -> FloatArray:
@@ -61,7 +62,7 @@ def action_weights(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def normalised(weights: FloatArray) -> FloatArray:
     """Every weight at least `FLOOR`, all of them summing to 1."""
     out = np.empty_like(weights)
@@ -76,7 +77,7 @@ def normalised(weights: FloatArray) -> FloatArray:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def relaxed(weights: FloatArray, keep: float, concerned: float) -> FloatArray:
     """Awareness mixed with the prior P(β = 1) = `concerned`, apart for each goal; `keep` of it stays."""
     out = np.empty_like(weights)
@@ -87,7 +88,7 @@ def relaxed(weights: FloatArray, keep: float, concerned: float) -> FloatArray:
     return normalised(out)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def observed(weights: FloatArray, likelihood: FloatArray, share: float) -> FloatArray:
     """Bayes' rule with the likelihood (G, 2) to the power `share`; unchanged where it says nothing."""
     highest = 0.0
@@ -105,7 +106,7 @@ def observed(weights: FloatArray, likelihood: FloatArray, share: float) -> Float
     return normalised(out)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def goals_relaxed(weights: FloatArray, goals: FloatArray, keep: float) -> FloatArray:
     """Goals mixed with the probabilities `goals` (G,); `keep` of them stays, and so does P(β | goal)."""
     out = np.empty_like(weights)
@@ -116,7 +117,7 @@ def goals_relaxed(weights: FloatArray, goals: FloatArray, keep: float) -> FloatA
     return normalised(out)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def goal_likelihood(probabilities: FloatArray, weights: FloatArray) -> FloatArray:
     """(G, 2) Σ_u P(u; goal, β)·weights[u]; ones where that is zero everywhere or there are no weights."""
     out = np.ones((probabilities.shape[0], 2))
@@ -131,7 +132,7 @@ def goal_likelihood(probabilities: FloatArray, weights: FloatArray) -> FloatArra
     return out if highest > 0.0 else np.ones((probabilities.shape[0], 2))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def weigh_action(
     weights: FloatArray,
     probabilities: FloatArray,

@@ -6,10 +6,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def sum_of_leaves(
     samples: FloatArray,
     roots: NDArray[np.int32],

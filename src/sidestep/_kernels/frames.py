@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def turned(vectors: FloatArray, rotation: FloatArray, scale: float) -> FloatArray:
     """(n, d) scale · rotation · v of every vector (n, d): from the lattice's axes to the world's."""
     out = np.empty(vectors.shape)
@@ -21,7 +22,7 @@ def turned(vectors: FloatArray, rotation: FloatArray, scale: float) -> FloatArra
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def local(point: FloatArray, origin: FloatArray, rotation: FloatArray) -> FloatArray:
     """(d,) m, a point (d,) m of the world in the lattice's frame, the origin at 0."""
     out = np.zeros(point.size)

@@ -12,10 +12,11 @@ import math
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def filter_step(
     mean: FloatArray, covariance: FloatArray, noise: FloatArray, dt: float, density: float, z: FloatArray, r: FloatArray
 ) -> None:
@@ -65,7 +66,7 @@ def filter_step(
         _scalar_update(mean, covariance, noise, rows[a], white[a], gain)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _scalar_update(
     mean: FloatArray, covariance: FloatArray, noise: FloatArray, row: FloatArray, value: float, gain: FloatArray
 ) -> None:
@@ -102,7 +103,7 @@ def _scalar_update(
         mean[i] += gain[i] / total * residual
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def remember(history: FloatArray, time: float, mean: FloatArray, noise: FloatArray, gap: float) -> None:
     """Put the present estimate on top of `history`, in place; a row younger than `gap` s below it is replaced."""
     d = mean.size // 2
@@ -119,7 +120,7 @@ def remember(history: FloatArray, time: float, mean: FloatArray, noise: FloatArr
         history[0, 1 + 3 * d + a] = max(noise[d + a, d + a], 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def row_before(history: FloatArray, age: float, slack: float) -> int:
     """Index of the newest row at least `age − slack` s older than the newest, or −1."""
     for i in range(1, history.shape[0]):
@@ -130,7 +131,7 @@ def row_before(history: FloatArray, age: float, slack: float) -> int:
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def oldest_within(history: FloatArray, age: float) -> int:
     """Index of the oldest row at most `age` s older than the newest (0 when there is none)."""
     best = 0
@@ -141,7 +142,7 @@ def oldest_within(history: FloatArray, age: float) -> int:
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def steadiness_evidence(
     history: FloatArray, scales: FloatArray, window: float, spacing: float, freedom: float, weights: FloatArray
 ) -> int:
@@ -180,7 +181,7 @@ def steadiness_evidence(
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def normalise_log(weights: FloatArray) -> None:
     """Turn log weights into probabilities, in place."""
     top = weights.max()
@@ -192,7 +193,7 @@ def normalise_log(weights: FloatArray) -> None:
         weights[c] /= total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def turned(history: FloatArray, span: float, threshold: float) -> bool:
     """Whether the velocity moved by more than `threshold` m/s + 2σ (σ: its noise per axis) in the last `span` s."""
     d = (history.shape[1] - 1) // 4
@@ -212,7 +213,7 @@ def turned(history: FloatArray, span: float, threshold: float) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def usable(covariance: FloatArray, sigma: float) -> FloatArray:
     """`covariance` (d, d) + 1 mm² where it is finite and of no negative variance, else the isotropic one of `sigma`."""
     d = covariance.shape[0]
@@ -229,7 +230,7 @@ def usable(covariance: FloatArray, sigma: float) -> FloatArray:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def is_another(mean: FloatArray, covariance: FloatArray, z: FloatArray, r: FloatArray, stride: float) -> bool:
     """Whether `z` (d,) is farther from the filtered position than a `stride` (m) and all doubt explain."""
     jump = known = measured = 0.0
@@ -239,7 +240,7 @@ def is_another(mean: FloatArray, covariance: FloatArray, z: FloatArray, r: Float
     return math.sqrt(jump) > stride + 6.0 * math.sqrt(known + measured) + 0.5
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def velocities_seen(
     history: FloatArray, mean: FloatArray, mean_time: float, extrapolation_time: float, gap: float, gain: float
 ) -> FloatArray:
@@ -267,7 +268,7 @@ def velocities_seen(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def learn(
     time: float,
     dt: float,
@@ -320,7 +321,7 @@ def learn(
     return velocities
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def spread_sigmas(
     t: FloatArray, floor: float, scales: FloatArray, exponent: float, noise: FloatArray, habitual: float
 ) -> FloatArray:
@@ -334,7 +335,7 @@ def spread_sigmas(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def sensed_variance(t: FloatArray, noise: FloatArray, habitual: float) -> FloatArray:
     """(K,) m², what a velocity noise beyond `habitual` (m²/s²) leaves of doubt in the position `t` s ahead."""
     d = noise.shape[0] // 2

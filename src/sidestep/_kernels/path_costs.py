@@ -7,10 +7,11 @@ import math
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def half_instants(path: FloatArray) -> FloatArray:
     """(2N, 3) m, where a robot on `path` (N+1, d) m is at half instants 1..2N; missing leading axes are 0."""
     steps, d = path.shape[0] - 1, path.shape[1]
@@ -22,7 +23,7 @@ def half_instants(path: FloatArray) -> FloatArray:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def goal_costs(points: FloatArray, goal: FloatArray, weight: FloatArray, squared: bool) -> FloatArray:
     """Straight-line goal cost (M,) at `points` (M, d) m: ‖x−g‖²_θ5 if `squared`, else ‖θ5·(x−g)‖; θ5 is (d,)."""
     out = np.empty(points.shape[0])
@@ -35,7 +36,7 @@ def goal_costs(points: FloatArray, goal: FloatArray, weight: FloatArray, squared
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def stands_during(path: FloatArray, k: int) -> bool:
     """Whether step k of `path` (N+1, d) m leads nowhere."""
     moved = 0.0
@@ -44,7 +45,7 @@ def stands_during(path: FloatArray, k: int) -> bool:
     return moved == 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def motion_cost(
     path: FloatArray,
     at_goal: FloatArray,
@@ -88,7 +89,7 @@ def motion_cost(
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def top_speed(path: FloatArray, time_step: float, box: bool) -> float:
     """m/s, highest speed along `path` (N+1, d) m: of an axis if `box`, else the norm; nan if a position is."""
     highest = 0.0
@@ -103,7 +104,7 @@ def top_speed(path: FloatArray, time_step: float, box: bool) -> float:
     return highest
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def straight_motion_cost(
     path: FloatArray,
     goal: FloatArray,

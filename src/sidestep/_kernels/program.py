@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 CHORDS = 4
@@ -18,7 +19,7 @@ CHORD_ANGLE = 0.35
 """rad that each of them spans; the speed lost between two is 1.5 %."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def goal_model(
     path: FloatArray, goal: FloatArray, weight: FloatArray, squared: bool, terminal: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -45,7 +46,7 @@ def goal_model(
     return curvature, slope
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def objective(
     path: FloatArray,
     curvature: FloatArray,
@@ -81,7 +82,7 @@ def objective(
                 linear[n] -= effort[a] * path[0, a] + first_weight * first[a]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _chords(move: FloatArray, length: float, normals: FloatArray) -> float:
     """Write the inner half-planes (CHORDS, d) to the ball of `length` around the direction of `move`; their limit."""
     d = move.size
@@ -113,7 +114,7 @@ def _chords(move: FloatArray, length: float, normals: FloatArray) -> float:
     return length * math.cos(0.5 * CHORD_ANGLE)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _across(a: FloatArray, b: FloatArray, out: FloatArray) -> float:
     """Write a × b (3,) and return its length; NumPy's own takes 5 s to compile."""
     total = 0.0
@@ -124,7 +125,7 @@ def _across(a: FloatArray, b: FloatArray, out: FloatArray) -> float:
     return math.sqrt(total)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _speed_limits(path: FloatArray, length: float, box: bool, slack: float) -> tuple[FloatArray, FloatArray]:
     """Normals (N·m, d) and limits (N·m,) m of every step; a limit of inf cannot be met within the trust region."""
     steps, d = path.shape[0] - 1, path.shape[1]
@@ -146,7 +147,7 @@ def _speed_limits(path: FloatArray, length: float, box: bool, slack: float) -> t
     return normals, limits
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def half_planes(
     path: FloatArray, room: FloatArray, directions: FloatArray, reach: float, length: float, box: bool, slack: float
 ) -> FloatArray:

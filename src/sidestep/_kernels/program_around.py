@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.path_costs import half_instants, stands_during
 from sidestep._kernels.program import goal_model, half_planes, objective
 from sidestep._kernels.search_corridor import corridor, soft_slope
@@ -17,7 +18,7 @@ REACH = 1.5
 """Cells of the lattice that are looked around a path."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def program_around(
     path: FloatArray,
     spacing: float,
@@ -100,7 +101,7 @@ def program_around(
     return rows, half_planes(path, room, directions, REACH * spacing, max_speed * time_step, box, slack)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _among_risk(
     path: FloatArray,
     spacing: float,
@@ -133,7 +134,7 @@ def _among_risk(
     return room * spacing, soft_slope(slope, level, soft, steep, limit, paid, d)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _trust_region(path: FloatArray, spacing: float, stride: FloatArray, change: float, out: FloatArray) -> None:
     """Write the bounds (2, N·d) m of the positions; those of x_1 also keep it near where the `stride` (d,) m leads.
 
@@ -150,7 +151,7 @@ def _trust_region(path: FloatArray, spacing: float, stride: FloatArray, change: 
             out[1, n] = max(min(out[1, n], middle + change), here)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def promised_gain(path: FloatArray, moved: FloatArray, rows: FloatArray) -> float:
     """By how much the objective in `rows` of `program_around` falls from `path` (N+1, d) m to `moved` (N·d,) m."""
     gain, d = 0.0, path.shape[1]
@@ -162,7 +163,7 @@ def promised_gain(path: FloatArray, moved: FloatArray, rows: FloatArray) -> floa
     return gain
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def part_way(path: FloatArray, moved: FloatArray, part: float) -> FloatArray:
     """(N+1, d) m, `part` of the way from `path` (N+1, d) m to the positions `moved` (N·d,) m; x_0 stays.
 

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from sidestep._kernels.bits import lowest_bit
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_marks import WORD
 from sidestep.types import FloatArray, IntArray
@@ -36,7 +37,7 @@ class Moves(NamedTuple):
     shifts: IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def list_moves(mixture: FloatArray, dimension: int) -> Moves:
     """List the entries of every action; `mixture` (3, T, T) is what a chosen component stands for."""
     count = mixture.shape[1]
@@ -72,7 +73,7 @@ def list_moves(mixture: FloatArray, dimension: int) -> Moves:
     return Moves(starts, weights, steps, np.zeros((room + n, 2), np.int64))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def place_moves(moves: Moves, rows: int, columns: int, half_radius: int, dimension: int) -> None:
     """Write the shifts for a field of C = `columns` with R = `rows`, and for a block of mid-steps."""
     wide = 2 * half_radius + 1
@@ -83,7 +84,7 @@ def place_moves(moves: Moves, rows: int, columns: int, half_radius: int, dimensi
         moves.shifts[e, 1] = (v0 * high + v1) * wide + v2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _move(
     flat: FloatArray,
     at: int,
@@ -107,7 +108,7 @@ def _move(
                 halves[h + two * c] += part * flat[i + c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _run(masks: IntArray, start: int, stop: int) -> tuple[int, int]:
     """One past the last column that chooses as column `start` does, and how many actions they choose."""
     chosen, end = 0, np.uintp(stop)
@@ -122,14 +123,14 @@ def _run(masks: IntArray, start: int, stop: int) -> tuple[int, int]:
     return int(end), chosen
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(**KERNEL, nogil=True, forceinline=True)
 def _half_row(start: int, half_radius: int, dimension: int, i0: int, i1: int) -> int:
     """Where the doubled row (i0, i1), column 0, lies among flat blocks."""
     h0, h1 = axis_radius(half_radius, dimension)
     return start + ((h0 + 2 * i0) * (2 * h1 + 1) + h1 + 2 * i1) * (2 * half_radius + 1) + half_radius
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def push_choices(
     field: FloatArray,
     section: int,
@@ -193,7 +194,7 @@ def push_choices(
                 i2 += length
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def push_odds(
     field: FloatArray,
     section: int,
@@ -227,7 +228,7 @@ def push_odds(
                         _move(flat, at + i2, 1, at + i2 + shift, halves, half + 2 * i2, part, moves, a)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def push_separable(
     field: FloatArray,
     section: int,

@@ -10,12 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.push_walled import all_admissible, spread_walled_midway
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _read_row(
     flat: FloatArray, at: int, n: int, reach: int, masks: IntArray, cell: int, actions: int, line: FloatArray
 ) -> None:
@@ -31,7 +32,7 @@ def _read_row(
             line[2 * reach + c] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _sum_along(line: FloatArray, n: int, count: int, flat: FloatArray, at: int) -> None:
     """flat[at + c] = Σ_u line[c + u], 0 ≤ u < count, for n cells."""
     to, one = np.uintp(at), np.uintp(1)
@@ -47,7 +48,7 @@ def _sum_along(line: FloatArray, n: int, count: int, flat: FloatArray, at: int) 
         flat[to + c] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _sum_every_other(line: FloatArray, first: int, n: int, terms: int, flat: FloatArray, at: int) -> None:
     """flat[at + 2c] = Σ_t line[first + c + t], 0 ≤ t < terms, for n cells."""
     to, i, one, two = np.uintp(at), np.uintp(first), np.uintp(1), np.uintp(2)
@@ -66,7 +67,7 @@ def _sum_every_other(line: FloatArray, first: int, n: int, terms: int, flat: Flo
         flat[to + two * c] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _add_rows(
     flat: FloatArray, first: int, stride: int, count: int, n: int, share: float, target: FloatArray, at: int
 ) -> None:
@@ -94,7 +95,7 @@ def _add_rows(
             target[to + c] += share * flat[i + c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def spread_evenly(
     field: FloatArray,
     section: int,
@@ -160,7 +161,7 @@ def spread_evenly(
             _add_rows(across, first, rows * columns, high - low + 1, wide, part, flat, at)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def spread_midway(
     flat: FloatArray,
     start: int,
@@ -222,13 +223,13 @@ def spread_midway(
             _add_rows(across, first, h1 * wide, high - low + 1, wide, part, flat, at)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _sources(o: int, n: int, reach: int) -> tuple[int, int]:
     """First and last x of n cells with 2x + u = o for some 0 ≤ u ≤ 2·reach."""
     return max((o - 2 * reach + 1) // 2, 0), min(o // 2, n - 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def add_midway(
     flat: FloatArray,
     offsets: IntArray,

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.push import Moves, list_moves, place_moves, push_choices, push_odds, push_separable
 from sidestep._kernels.push_evenly import spread_evenly
 from sidestep._kernels.push_sections import add_block, clear_box, cover, remove_contact, set_box, trim_box
@@ -67,7 +68,7 @@ class Conditions(NamedTuple):
     midway: bool
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _read_actions(
     field: FloatArray, section: int, centre: int, reach: int, dimension: int, weight: float, actions: FloatArray
 ) -> None:
@@ -83,7 +84,7 @@ def _read_actions(
                 a += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _step(
     behaviour: Behaviour,
     given: Conditions,
@@ -132,7 +133,7 @@ def _step(
             )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def propagate(
     mixture: FloatArray, tables: FloatArray, used: FloatArray, differs: BoolArray, words: int,
     calm_radii: IntArray, calm_offsets: IntArray, calm_masks: IntArray, calm_odds: FloatArray,

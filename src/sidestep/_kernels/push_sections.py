@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def set_box(box: IntArray, radius: int, dimension: int) -> None:
     """Write the box of a radius around the anchor."""
     r0, r1 = axis_radius(radius, dimension)
     box[0], box[1], box[2], box[3], box[4], box[5] = -r0, r0, -r1, r1, -radius, radius
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def cover(box: IntArray, reach: int, dimension: int, other: IntArray, out: IntArray) -> bool:
     """Write the box that holds `box`, grown by `reach`, and `other`, either of which may be empty; False: both are.
 
@@ -35,7 +36,7 @@ def cover(box: IntArray, reach: int, dimension: int, other: IntArray, out: IntAr
     return some or more
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _sum_slab(field: FloatArray, section: int, box: IntArray, centre: int, dimension: int, axis: int, at: int) -> float:
     """Mass in the cells of a box that lie at `at` on an axis."""
     rows = row_count(centre, dimension)
@@ -51,7 +52,7 @@ def _sum_slab(field: FloatArray, section: int, box: IntArray, centre: int, dimen
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def trim_box(field: FloatArray, section: int, box: IntArray, centre: int, dimension: int, least: float) -> None:
     """Cut off a box, on every side, what holds less mass than `least`; something is left of it in any case."""
     for side in range(6):
@@ -64,7 +65,7 @@ def trim_box(field: FloatArray, section: int, box: IntArray, centre: int, dimens
             box[side] += inward
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def add_block(
     field: FloatArray,
     section: int,
@@ -88,7 +89,7 @@ def add_block(
                 flat[to + c] += field[i, from_ + c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def clear_box(field: FloatArray, section: int, box: IntArray, centre: int, dimension: int) -> None:
     """Set a box of a section to 0."""
     rows = row_count(centre, dimension)
@@ -101,7 +102,7 @@ def clear_box(field: FloatArray, section: int, box: IntArray, centre: int, dimen
                 field[i, from_ + c] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def contact_shares(
     path: FloatArray,
     spacing: float,
@@ -154,7 +155,7 @@ def contact_shares(
                 end += n
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _read_profile(
     aside: float,
     start: float,
@@ -179,7 +180,7 @@ def _read_profile(
         shares[to + c] = min(1.0, value) if place < last else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def remove_contact(
     field: FloatArray,
     section: int,

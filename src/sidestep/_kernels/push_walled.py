@@ -8,12 +8,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import axis_radius, row_count
 from sidestep._kernels.sweep_marks import WORD
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def all_admissible(masks: IntArray, cell: int, actions: int) -> bool:
     """Whether a cell's masks hold the bits of all actions."""
     left = actions
@@ -24,7 +25,7 @@ def all_admissible(masks: IntArray, cell: int, actions: int) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _scatter(
     mass: float, masks: IntArray, cell: int, reach: int, dimension: int, flat: FloatArray, to: int, row: int, layer: int
 ) -> None:
@@ -53,7 +54,7 @@ def _scatter(
                 read += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def spread_walled(
     field: FloatArray,
     section: int,
@@ -86,7 +87,7 @@ def spread_walled(
                     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def spread_walled_midway(
     flat: FloatArray,
     start: int,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def cast(
     origins: FloatArray,
     bearings: FloatArray,

@@ -12,13 +12,14 @@ import math
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray, IntArray
 
 EXACT = 1e-5
 """Probability that the risk of a spread-out person may be too high by, never too low."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def mass_within(
     points: FloatArray,
     instants: IntArray,
@@ -79,7 +80,7 @@ def mass_within(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def mass_near(
     points: FloatArray,
     instants: IntArray,
@@ -175,7 +176,7 @@ def mass_near(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _none_above(flat: FloatArray, at: int, count: int, cut: float) -> bool:
     """Whether all of some numbers in a row are below `cut`; without branches, so that it runs on whole registers."""
     first, hits = np.uintp(at), np.int64(0)
@@ -184,7 +185,7 @@ def _none_above(flat: FloatArray, at: int, count: int, cut: float) -> bool:
     return hits == 0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _total(flat: FloatArray, at: int, count: int) -> float:
     """Sum of some numbers in a row, four at a time: one sum alone would wait for each addition."""
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
@@ -198,7 +199,7 @@ def _total(flat: FloatArray, at: int, count: int) -> float:
     return (a + b) + (c + d)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def row_spans(
     flat: FloatArray, offsets: IntArray, radii: IntArray, active: IntArray, tolerance: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
@@ -241,7 +242,7 @@ def row_spans(
     return spans, starts, outside
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _cutoff(
     flat: FloatArray, first: int, width: int, spans: IntArray, dropped: float, cells: int, tolerance: float
 ) -> float:
@@ -268,7 +269,7 @@ def _cutoff(
     return 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def compact(
     flat: FloatArray,
     offsets: IntArray,

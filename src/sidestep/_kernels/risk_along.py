@@ -5,19 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.path_costs import half_instants
 from sidestep._kernels.risk import mass_near, mass_within
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _looked_at(path: FloatArray, stride: int) -> tuple[FloatArray, IntArray]:
     """Places (M, 3) m and half instants (M,) of `path`: all from 1 on, or every other (`stride` 2: the steps)."""
     places = half_instants(path)
     return places[stride - 1 :: stride].copy(), np.arange(stride, places.shape[0] + 1, stride)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _laid_out(near: FloatArray, path: FloatArray, stride: int) -> FloatArray:
     """(2N,) what was found where `_looked_at` says, 0 elsewhere."""
     out = np.zeros(2 * (path.shape[0] - 1))
@@ -26,7 +27,7 @@ def _laid_out(near: FloatArray, path: FloatArray, stride: int) -> FloatArray:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def mass_within_along(
     path: FloatArray,
     midway: bool,
@@ -46,7 +47,7 @@ def mass_within_along(
     return _laid_out(near, path, stride)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def mass_near_along(
     path: FloatArray,
     midway: bool,

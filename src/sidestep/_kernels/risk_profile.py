@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 TAIL = 5.5
@@ -28,12 +29,12 @@ STEPS = 6
 """Discs that stand for a narrow blob."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _normal(x: float) -> float:
     return 0.5 * math.erfc(-x * 0.7071067811865476)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def ball_probability(distance: float, radius: float, sigma: float, dimension: int, nodes: FloatArray) -> float:
     """F by closed form in 1-D and 3-D, in 2-D by quadrature over x = r·sin t where the blob has weight.
 
@@ -65,7 +66,7 @@ def ball_probability(distance: float, radius: float, sigma: float, dimension: in
     return min(1.0, 0.5 * (t1 - t0) * total)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _ball_3d(distance: float, radius: float, sigma: float) -> float:
     near, far = (radius - distance) / sigma, (radius + distance) / sigma
     if distance < 1e-3 * sigma:
@@ -76,7 +77,7 @@ def _ball_3d(distance: float, radius: float, sigma: float) -> float:
     return min(1.0, max(0.0, value))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _fill(dimension: int, nodes: FloatArray, along: int, across: int) -> FloatArray:
     table = np.empty((across, along))
     for j in range(across):
@@ -100,7 +101,7 @@ def blob_table(dimension: int) -> FloatArray:
     return _fill(dimension, nodes, ALONG, ACROSS)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def blob(distance: float, radius: float, sigma: float, table: FloatArray) -> float:
     """F by bilinear interpolation in the table of `blob_table`; within 2e-4."""
     if sigma <= 1e-9:
@@ -116,7 +117,7 @@ def blob(distance: float, radius: float, sigma: float, table: FloatArray) -> flo
     return low + b * (table[j + 1, i] + a * (table[j + 1, i + 1] - table[j + 1, i]) - low)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def mixture(distance: float, radius: float, weights: FloatArray, sigmas: FloatArray, table: FloatArray) -> float:
     """Σ_c weights[c]·F(distance; σ_c)."""
     total = 0.0
@@ -126,7 +127,7 @@ def mixture(distance: float, radius: float, weights: FloatArray, sigmas: FloatAr
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def class_profiles(radius: float, sigmas: FloatArray, table: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Tabulate F of every class of one person for each half instant, densely around the ball's surface.
 
@@ -162,7 +163,7 @@ def class_profiles(radius: float, sigmas: FloatArray, table: FloatArray) -> tupl
     return samples, grids
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def mixed_profiles(weights: FloatArray, samples: FloatArray) -> FloatArray:
     """Return Σ_c weights[c]·samples[c], (B, SAMPLES) of `class_profiles`."""
     out = np.zeros(samples.shape[1:])
@@ -174,7 +175,7 @@ def mixed_profiles(weights: FloatArray, samples: FloatArray) -> FloatArray:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def add_class(
     distances: FloatArray, radius: float, weight: float, sigma: float, table: FloatArray, out: FloatArray
 ) -> None:
@@ -197,7 +198,7 @@ def add_class(
         out[i] += weight * (one + (x - k) * (other - one))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def profile_value(distance: float, samples: FloatArray, grid: FloatArray) -> float:
     """Read a profile by linear interpolation; `grid` = (radius m, scale m, first place, places per sample)."""
     x = distance - grid[0]
@@ -208,7 +209,7 @@ def profile_value(distance: float, samples: FloatArray, grid: FloatArray) -> flo
     return samples[i] + (t - i) * (samples[i + 1] - samples[i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def staircase(
     radius: float,
     weights: FloatArray,

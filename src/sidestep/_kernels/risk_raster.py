@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.risk_profile import STEPS, mixture, staircase
 from sidestep._kernels.risk_wide import LEVELS, add_wide, coarse_boxes, level_of, refine
 from sidestep._kernels.search_costs import cells_of
@@ -22,7 +23,7 @@ LOWEST_STEP = 0.02
 """Part of the limit below which no step of a staircase lies."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _add_ball(
     ends: FloatArray,
     c0: float,
@@ -65,7 +66,7 @@ def _add_ball(
     box[5] = max(box[5], last)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _merge(ends: FloatArray, out: NDArray[np.float32], size: IntArray, box: IntArray) -> bool:
     """Sum up one person's differences within `box` and combine them with those before, 1 − Π(1 − P).
 
@@ -87,7 +88,7 @@ def _merge(ends: FloatArray, out: NDArray[np.float32], size: IntArray, box: IntA
     return largest > 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _places(cells: FloatArray, origin: FloatArray, spacing: float, bounds: FloatArray) -> FloatArray:
     """Cells (M, 3) m in cells of the robot's lattice, and the lowest and highest of them in `bounds` (2, 3)."""
     out = np.empty(cells.shape)
@@ -102,7 +103,7 @@ def _places(cells: FloatArray, origin: FloatArray, spacing: float, bounds: Float
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _gap(bounds: FloatArray, low: IntArray, size: IntArray) -> float:
     """Cells between a box of the lattice and the box around the places."""
     total = 0.0
@@ -112,7 +113,7 @@ def _gap(bounds: FloatArray, low: IntArray, size: IntArray) -> float:
     return math.sqrt(total)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _add_narrow(
     places: FloatArray,
     masses: FloatArray,
@@ -158,7 +159,7 @@ def _add_narrow(
     return _merge(ends, out, size, box)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def rasterise_all(
     cells: FloatArray,
     masses: FloatArray,

@@ -8,10 +8,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def sweep_risk(
     start: FloatArray,
     velocities: FloatArray,
@@ -81,7 +82,7 @@ def sweep_risk(
     return 1.0 - clear, approach
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _apart(
     close: FloatArray,
     velocities: FloatArray,
@@ -106,7 +107,7 @@ def _apart(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _square(vector: FloatArray) -> float:
     total = 0.0
     for a in range(vector.size):
@@ -114,7 +115,7 @@ def _square(vector: FloatArray) -> float:
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def charge_first_step(
     velocities: FloatArray,
     risk: FloatArray,
@@ -138,7 +139,7 @@ def charge_first_step(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def first_step_costs(
     start: FloatArray,
     velocities: FloatArray,
@@ -160,7 +161,7 @@ def first_step_costs(
     return charge_first_step(velocities, risk, approach, limit, interval, graded, steep)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def forbid_changes(velocities: FloatArray, now: FloatArray, largest: float, costs: FloatArray) -> None:
     """Make velocities (M, d) m/s that differ from `now` by more than `largest` cost inf, in place."""
     for m in range(costs.size):

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.risk_profile import TAIL, add_class, blob
 from sidestep.types import FloatArray, IntArray
 
@@ -30,7 +31,7 @@ LEAST = 0.01
 """Part of the limit below which a blob is cut off."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def level_of(sigma: float, spacing: float) -> int:
     """Return the coarsest level at which a blob is wide; 0: none."""
     level = 0
@@ -39,7 +40,7 @@ def level_of(sigma: float, spacing: float) -> int:
     return level
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _kernel(
     radius: float, weights: FloatArray, sigmas: FloatArray, h: float, most: IntArray, table: FloatArray, least: float
 ) -> Singles:
@@ -72,7 +73,7 @@ def _kernel(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _reach(radius: float, weights: FloatArray, sigmas: FloatArray, least: float) -> float:
     """How far the mixture is looked at, m."""
     widest = 0.0
@@ -82,7 +83,7 @@ def _reach(radius: float, weights: FloatArray, sigmas: FloatArray, least: float)
     return radius + (FAR if least > FAR_SHARE else TAIL) * widest
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _share_out(
     places: FloatArray, masses: FloatArray, scale: float, active: IntArray, low: IntArray, out: FloatArray
 ) -> None:
@@ -102,7 +103,7 @@ def _share_out(
                     out[i + p, j + q, k + 1] += part * c
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _coarsen(fine: FloatArray, low: IntArray, active: IntArray) -> tuple[FloatArray, IntArray]:
     """What `_share_out` would have given on a lattice of twice the spacing, and its lowest cell.
 
@@ -131,7 +132,7 @@ def _coarsen(fine: FloatArray, low: IntArray, active: IntArray) -> tuple[FloatAr
     return out, first
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _gather(source: FloatArray, i: int, j: int, shift: int, line: Singles) -> bool:
     """line[c] += source[i, j, c + shift], where there is such a row; True if there is."""
     if i < 0 or j < 0 or i >= source.shape[0] or j >= source.shape[1]:
@@ -143,7 +144,7 @@ def _gather(source: FloatArray, i: int, j: int, shift: int, line: Singles) -> bo
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _weigh(line: Singles, kernel: Singles, sums: Singles) -> None:
     """sums[c] += kernel[0]·line[c + r] + Σ_w kernel[w]·(line[c + r − w] + line[c + r + w]), r = kernel.size − 1."""
     r = np.uintp(kernel.size - 1)
@@ -158,7 +159,7 @@ def _weigh(line: Singles, kernel: Singles, sums: Singles) -> None:
             sums[c] += weight * (line[c + left] + line[c + right])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _blur(
     source: FloatArray, source_low: IntArray, kernel: Singles, total: FloatArray, low: IntArray, size: IntArray
 ) -> None:
@@ -203,7 +204,7 @@ def _blur(
                 row[c] += p - row[c] * p
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def coarse_boxes(low: IntArray, size: IntArray, active: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Lowest cells and numbers of cells (LEVELS, 3) of every level that a box of the robot's lattice is read from.
 
@@ -222,7 +223,7 @@ def coarse_boxes(low: IntArray, size: IntArray, active: IntArray) -> tuple[IntAr
     return first, count, starts
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def add_wide(
     places: FloatArray,
     masses: FloatArray,
@@ -301,7 +302,7 @@ def add_wide(
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def refine(
     coarse: FloatArray,
     coarse_low: IntArray,

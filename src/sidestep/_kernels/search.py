@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sidestep._kernels.min_plus import WIDTH, lower, lower_by_two
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.search_costs import (
     Costs,
     arrival_costs,
@@ -23,7 +24,7 @@ from sidestep._kernels.search_walk import Known, Seen, walk, walk_abreast
 from sidestep.types import FloatArray, IntArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _shifts(taps: IntArray, low: IntArray, table_low: IntArray, size: IntArray) -> IntArray:
     """How far apart, for every tap, its end lies in a table from where a row starts in it that begins at `low`."""
     out = np.empty(taps.shape[0], np.int64)
@@ -32,7 +33,7 @@ def _shifts(taps: IntArray, low: IntArray, table_low: IntArray, size: IntArray) 
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _halfway_shifts(taps: IntArray, active: IntArray, low: IntArray, table_low: IntArray, size: IntArray) -> IntArray:
     """The same for the points halfway, which lie in one table per parity."""
     out = np.empty(taps.shape[0], np.int64)
@@ -44,7 +45,7 @@ def _halfway_shifts(taps: IntArray, active: IntArray, low: IntArray, table_low: 
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _sweep(
     active: IntArray,
     taps: IntArray,
@@ -89,7 +90,7 @@ def _sweep(
                 lower(1, count, effort, arrive, goals, goal, value, at, n)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def induce(
     horizon: int,
     radius: int,
@@ -183,7 +184,7 @@ def induce(
     )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _follow(
     start: FloatArray, spacing: float, taps: IntArray, total: float, chosen: IntArray, path: FloatArray
 ) -> None:
@@ -197,7 +198,7 @@ def _follow(
             path[k + 1, a] = start[a] + spacing * cells
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def cheapest_path(
     start: FloatArray,
     spacing: float,
@@ -239,7 +240,7 @@ def cheapest_path(
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def gentle_path(
     start: FloatArray,
     spacing: float,

@@ -8,13 +8,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray, IntArray
 
 NEXT_TO_NOTHING = 1e-6
 """Cells that a place may lie beyond the raster by rounding alone."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _risk_near(c: FloatArray, active: IntArray, values: NDArray[np.float32], low: IntArray, size: IntArray) -> float:
     """Risk at c (3,) cells from the robot, interpolated; 1 outside the raster (over `low`, `size`)."""
     total = 0.0
@@ -35,7 +36,7 @@ def _risk_near(c: FloatArray, active: IntArray, values: NDArray[np.float32], low
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _slope_near(
     c: FloatArray,
     level: float,
@@ -64,7 +65,7 @@ def _slope_near(
         out[a] = (ahead - behind) / span if span > 0.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _highest_near(
     c: FloatArray, reach: float, active: IntArray, values: NDArray[np.float32], low: IntArray, size: IntArray
 ) -> float:
@@ -84,7 +85,7 @@ def _highest_near(
     return highest
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def corridor(
     doubled: FloatArray,
     directions: FloatArray,
@@ -135,7 +136,7 @@ def corridor(
     return room, slope, level
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def soft_slope(
     slope: FloatArray, level: FloatArray, soft: float, steep: FloatArray, limit: float, paid: FloatArray, dimension: int
 ) -> FloatArray:

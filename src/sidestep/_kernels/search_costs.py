@@ -11,24 +11,25 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import IntArray
 
 Costs = NDArray[np.float32]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def charge(risk: float, weight: float, limit: float, steep: float) -> float:
     """Cost of a probability: linear up to the limit, `steep` above it (inf forbids)."""
     return weight * risk + (steep * (risk - limit) if risk > limit else 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def row_at(i: int, j: int, k: int, low: IntArray, size: IntArray) -> int:
     """Place of a cell in the array over a box."""
     return ((i - low[0]) * size[1] + j - low[1]) * size[2] + k - low[2]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def grown(low: IntArray, size: IntArray, before: int, after: int, active: IntArray) -> tuple[IntArray, IntArray]:
     """A box with more cells at its low and high ends (written out: array expressions take seconds to compile)."""
     first, count = np.empty(3, np.int64), np.empty(3, np.int64)
@@ -36,7 +37,7 @@ def grown(low: IntArray, size: IntArray, before: int, after: int, active: IntArr
     return first, count
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def grow_into(
     low: IntArray, size: IntArray, before: int, after: int, active: IntArray, first: IntArray, count: IntArray
 ) -> None:
@@ -46,13 +47,13 @@ def grow_into(
         count[a] = size[a] + (before + after) * active[a]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def cells_of(size: IntArray) -> int:
     """How many cells a box has."""
     return size[0] * size[1] * size[2]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def halfway_costs(
     low: IntArray,
     size: IntArray,
@@ -97,7 +98,7 @@ def halfway_costs(
                         row[k] = np.inf if wall[k] else row[k]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _charge_means(
     risk: Costs,
     start: int,
@@ -120,7 +121,7 @@ def _charge_means(
         out[k] = charge(float(half * (here + there)), weight, limit, steep)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def halfway_risk(z0: int, z1: int, z2: int, risk: Costs, low: IntArray, size: IntArray) -> float:
     """Mean risk of the raster cells around a point given in half cells."""
     total = np.float32(0.0)
@@ -131,7 +132,7 @@ def halfway_risk(z0: int, z1: int, z2: int, risk: Costs, low: IntArray, size: In
     return 0.125 * float(total)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def arrival_costs(
     low: IntArray,
     size: IntArray,
@@ -181,7 +182,7 @@ def arrival_costs(
                     still[k] = np.inf if wall[k] else still[k]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def stand(
     i: int,
     j: int,

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.walls import distance_bounds, interpolate, wall_distance
 from sidestep.types import FloatArray, IntArray
 
@@ -15,7 +16,7 @@ BLOCK = 8
 """Places along an axis that are looked at together for walls."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def goal_box(
     origin: FloatArray, goal: FloatArray, weight: FloatArray, squared: bool, spacing: float, half: IntArray
 ) -> tuple[NDArray[np.float32], float]:
@@ -56,7 +57,7 @@ def goal_box(
     return out, lowest
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def range_around(costs: NDArray[np.float32], radius: int) -> float:
     """By how much costs over a box differ at most among the cells within `radius` of its middle."""
     low, high = np.float32(np.inf), np.float32(-np.inf)
@@ -68,7 +69,7 @@ def range_around(costs: NDArray[np.float32], radius: int) -> float:
     return float(high - low)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def field_box(
     origin: FloatArray,
     spacing: float,
@@ -118,7 +119,7 @@ def field_box(
     return out, lowest
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def wall_box(
     origin: FloatArray,
     spacing: float,

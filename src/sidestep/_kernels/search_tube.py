@@ -13,11 +13,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sidestep._kernels.min_plus import WIDTH, lower
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.search_costs import Costs, cells_of, grow_into, grown, row_at
 from sidestep.types import IntArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def axis_efforts(radius: int, taps: IntArray, effort: Costs) -> Costs:
     """Efforts (3, 2K+1) per axis and displacement whose sum is at most the effort of every tap."""
     out = np.full((3, 2 * radius + 1), np.float32(np.inf))
@@ -32,7 +33,7 @@ def axis_efforts(radius: int, taps: IntArray, effort: Costs) -> Costs:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _windows(radius: int, active: IntArray, taps: IntArray) -> IntArray:
     """How far (2K+1, 2K+1) taps reach along the last axis, by their displacements along the others; −1: none."""
     out = np.full((2 * radius * active[0] + 1, 2 * radius * active[1] + 1), -1, np.int64)
@@ -44,13 +45,13 @@ def _windows(radius: int, active: IntArray, taps: IntArray) -> IntArray:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _clear(out: Costs, at: int, count: int) -> None:
     for n in range(np.uintp(at), np.uintp(at + count)):
         out[n] = np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _add_stage(
     low: IntArray, size: IntArray, known: Costs, stage: Costs, blocked: NDArray[np.bool_], out: Costs
 ) -> None:
@@ -70,7 +71,7 @@ def _add_stage(
             at += size[2]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _spread(
     radius: int, active: IntArray, efforts: Costs, windows: IntArray, source: Costs, size: IntArray, out: Costs
 ) -> None:
@@ -122,7 +123,7 @@ def _spread(
             lower(0, count, costs, along, shifts, (i * v[1] + j) * size[2], out, at, size[2])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def costs_to_go(
     horizon: int,
     radius: int,
@@ -173,7 +174,7 @@ def costs_to_go(
     return out, begin
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _boxes_between(
     low: IntArray, size: IntArray, radius: int, active: IntArray, more: int
 ) -> tuple[IntArray, IntArray]:
@@ -199,7 +200,7 @@ def _boxes_between(
     return first, count
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def tube(
     horizon: int,
     radius: int,
@@ -273,7 +274,7 @@ def tube(
     return least, low, size, first_between, between
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _enclose(
     whole_low: IntArray,
     whole: IntArray,

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.search_costs import Costs, charge, grow_into, halfway_risk, row_at
 from sidestep.types import FloatArray, IntArray
 
@@ -57,7 +58,7 @@ class Known(NamedTuple):
     begin: IntArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _wide_boxes(known: Known) -> IntArray:
     """(N, 2, 3) the boxes over which arriving is known at each step: lowest cell and number of cells."""
     wide = np.empty((known.steep.size, 2, 3), np.int64)
@@ -66,7 +67,7 @@ def _wide_boxes(known: Known) -> IntArray:
     return wide
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def walk(known: Known, seen: Seen) -> tuple[float, IntArray]:
     """Follow the minimisers from the centre; ties go to the earlier tap.
 
@@ -113,7 +114,7 @@ def walk(known: Known, seen: Seen) -> tuple[float, IntArray]:
     return total, chosen
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _neighbours(taps: IntArray, change: float) -> tuple[IntArray, IntArray]:
     """The taps that differ by at most `change` cells from each: those of tap t at starts[t] ≤ e < starts[t + 1]."""
     n = taps.shape[0]
@@ -131,7 +132,7 @@ def _neighbours(taps: IntArray, change: float) -> tuple[IntArray, IntArray]:
     return starts, which
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _slot(pairs: IntArray, pair: int) -> int:
     """Where a pair is among hashed ones, or where it may be put: from its own place on, the first that is free."""
     last = pairs.size - 1
@@ -141,7 +142,7 @@ def _slot(pairs: IntArray, pair: int) -> int:
     return slot
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def walk_abreast(known: Known, seen: Seen, change: float) -> tuple[float, IntArray]:
     """Go from the centre by taps that differ by at most `change` cells from the one before; the first may be any.
 

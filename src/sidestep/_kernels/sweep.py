@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import IntArray
 
 Values = NDArray[np.floating[Any]]
@@ -38,19 +39,19 @@ class CostTables(NamedTuple):
     danger_table: Values
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(**KERNEL, nogil=True, forceinline=True)
 def axis_radius(radius: int, dimension: int) -> tuple[int, int]:
     """Radius on the axes 0 and 1: 0 where the axis only pads to three (axis 2 is always real)."""
     return radius if dimension == 3 else 0, radius if dimension >= 2 else 0
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@njit(**KERNEL, nogil=True, forceinline=True)
 def row_count(centre: int, dimension: int) -> int:
     """R, cells of axis 1 in an array whose anchor is at `centre`."""
     return 2 * centre + 1 if dimension >= 2 else 1
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL, nogil=True)
 def _lower_rows(
     source: Values,
     stride: int,
@@ -92,7 +93,7 @@ def _lower_rows(
                 out[o, c] = q if u == 0 or q < out[o, c] else out[o, c]
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL, nogil=True)
 def lower_layer(
     source: Values,
     shift: int,
@@ -179,7 +180,7 @@ def lower_layer(
             target[t, c] = (scalar + goal[h, c]) + factor * perils[g, c] + best
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL, nogil=True)
 def sweep(
     costs: CostTables,
     first_instant: int,

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from sidestep._kernels.bits import lowest_bit
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import CostTables, Values, axis_radius, row_count, sweep
 from sidestep._kernels.sweep_marks import WORD, mark_box
 from sidestep.types import BoolArray, FloatArray, IntArray
@@ -47,7 +48,7 @@ class ValueScratch(NamedTuple):
     lines: Values
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _weigh_row(
     cost: Values, first: int, stride: int, start: int, width: int, taps: Values, dimension: int, rationality: float,
     odds: FloatArray, column: int,
@@ -71,7 +72,7 @@ def _weigh_row(
                     odds[a, column + c] /= total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _blocked(
     free: BoolArray, row: int, stride: int, column: int, mixture: FloatArray, dimension: int, action: int
 ) -> bool:
@@ -92,7 +93,7 @@ def _blocked(
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def heed_walls(
     free: BoolArray,
     row: int,
@@ -128,7 +129,7 @@ def heed_walls(
         masks[stay // WORD, cell] = np.int64(1) << np.int64(stay % WORD)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def choose(
     goal_axes: Values, goal_table: Values, danger_axes: Values, danger_table: Values, taps: Values, danger: bool,
     lead: int, first: int, last: int, differs: BoolArray, centre: int, dimension: int, tolerance: float,
@@ -189,7 +190,7 @@ def choose(
                     heed_walls(free, row, rows, centre - radius + c, mixture, dimension, choices, at + c)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def mark_admissible(free: BoolArray, centre: int, dimension: int, reach: int, radius: int, masks: IntArray) -> None:
     """Bits of the actions that end in a free cell, for the box of `radius`; where there is none, of "stay"."""
     rows = row_count(centre, dimension)

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import Values, axis_radius, row_count
 from sidestep.types import IntArray
 
@@ -18,7 +19,7 @@ WORD = 62
 """Actions per word of a mask."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL, nogil=True)
 def _least_of_row(source: Values, row: int, start: int, width: int, taps: Values, target: Values) -> None:
     """target[row, c] = min_u taps[0, 2, u] + source[row, c + u − reach], start ≤ c < start + width."""
     count = taps.shape[2]
@@ -44,7 +45,7 @@ def _least_of_row(source: Values, row: int, start: int, width: int, taps: Values
             target[i, c] = q if u == 0 or q < target[i, c] else target[i, c]
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL, nogil=True)
 def _least_of_rows(
     source: Values, row: int, stride: int, start: int, width: int, taps: Values, axis: int, target: Values, to_row: int
 ) -> None:
@@ -58,7 +59,7 @@ def _least_of_rows(
             target[o, c] = q if u == 0 or q < target[o, c] else target[o, c]
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL, nogil=True)
 def _any_within(values: Values, row: int, tap: float, start: int, width: int, limits: Values) -> bool:
     """Whether tap + values[row, c] ≤ limits[0, c] for any start ≤ c < start + width."""
     i, zero, hits = np.uintp(row), np.uintp(0), np.int32(0)
@@ -68,7 +69,7 @@ def _any_within(values: Values, row: int, tap: float, start: int, width: int, li
     return hits != 0
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL, nogil=True)
 def _mark_group(
     cost: Values, row: int, aside: float, start: int, width: int, taps: Values, limits: Values,
     groups: NDArray[np.int32], masks: IntArray, action: int, column: int,
@@ -91,7 +92,7 @@ def _mark_group(
             masks[word + np.uintp(1), to + c] |= np.int64(groups[c]) >> (np.int64(WORD) - shift)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _mark_row(
     cost: Values, taps: Values, row: int, start: int, width: int, rows: int, dimension: int, tolerance: float,
     along: Values, across: Values, limits: Values, groups: NDArray[np.int32], masks: IntArray, column: int,
@@ -127,7 +128,7 @@ def _mark_row(
             _mark_group(cost, far + u1, both, start, width, taps, limits, groups, masks, action, column)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def mark_box(
     cost: Values,
     taps: Values,
@@ -177,7 +178,7 @@ def mark_box(
             column += width
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def mark_part(
     cost: Values, taps: Values, part: IntArray, tolerance: float, along: Values, limits: Values,
     groups: NDArray[np.int32], masks: IntArray, corner: int, pitch: int,

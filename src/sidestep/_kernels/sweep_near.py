@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import Values, lower_layer
 from sidestep._kernels.sweep_choices import Choices, heed_walls
 from sidestep._kernels.sweep_marks import mark_box, mark_part
@@ -50,7 +51,7 @@ class NearScratch(NamedTuple):
     calm: IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _find_danger(axes: Values, instant: int, least: float, part: IntArray) -> int:
     """Write the part outside of which there is less danger than `least` at an instant; return its cells."""
     along, across, weight = 3 * instant + 1, 3 * instant + 2, axes[3 * instant, 0]
@@ -74,7 +75,7 @@ def _find_danger(axes: Values, instant: int, least: float, part: IntArray) -> in
     return cells
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _little_felt(cells: IntArray, differs: BoolArray, radii: IntArray, lead: int, steps: int, reach: int) -> bool:
     """Whether there is danger in less than half of all the cells that a sweep would go through."""
     some, everything = 0, 0
@@ -86,7 +87,7 @@ def _little_felt(cells: IntArray, differs: BoolArray, radii: IntArray, lead: int
     return 2 * some < everything
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _grow(felt: IntArray, then: IntArray, reach: int, centre: int, radius: int, part: IntArray) -> bool:
     """Write the union of `felt` and of what is within reach of `then`, cut to a box; whether there is anything."""
     first, last = centre + radius + 1, centre - radius - 1
@@ -107,7 +108,7 @@ def _grow(felt: IntArray, then: IntArray, reach: int, centre: int, radius: int, 
     return first <= last
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _put(pool: Values, start: int, part: IntArray, values: Values) -> int:
     """Write what `pool` holds for a part from `start` on into `values`; return where it ends."""
     end = start
@@ -119,7 +120,7 @@ def _put(pool: Values, start: int, part: IntArray, values: Values) -> int:
     return end
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _take(values: Values, part: IntArray, pool: Values, start: int) -> int:
     """Write what `values` hold for a part into `pool`, from `start` on; return where it ends."""
     end = start
@@ -131,7 +132,7 @@ def _take(values: Values, part: IntArray, pool: Values, start: int) -> int:
     return end
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _differing(values: Values, calm: Values, part: IntArray, least: float) -> int:
     """Cut a part down to where `values` are more than `least` above `calm`; return its cells."""
     cells, top, bottom = 0, part[-1, 1] + 1, part[-1, 0] - 1
@@ -149,7 +150,7 @@ def _differing(values: Values, calm: Values, part: IntArray, least: float) -> in
     return cells
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _take_calm(choices: Choices, k: int, calm: IntArray, calm_radius: int) -> None:
     """Give policy k the bits of the undisturbed."""
     radius = choices.radii[k]
@@ -163,7 +164,7 @@ def _take_calm(choices: Choices, k: int, calm: IntArray, calm_radius: int) -> No
             to += width
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def choose_near(
     goal_axes: Values, goal_table: Values, danger_axes: Values, taps: Values, lead: int, differs: BoolArray,
     centre: int, tolerance: float, least: float, free: BoolArray, mixture: FloatArray,
@@ -237,7 +238,7 @@ def choose_near(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _mark_all(
     choices: Choices, cost: Values, along: Values, taps: Values, differs: BoolArray, centre: int, tolerance: float,
     free: BoolArray, mixture: FloatArray, lines: Values, pool: Values, parts: IntArray, within: IntArray,
@@ -270,7 +271,7 @@ def _mark_all(
             _heed(free, rows, part, mixture, choices, corner, pitch)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _heed(
     free: BoolArray, rows: int, part: IntArray, mixture: FloatArray, choices: Choices, corner: int, pitch: int
 ) -> None:

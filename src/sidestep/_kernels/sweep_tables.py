@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from sidestep._kernels.options import KERNEL
 from sidestep._kernels.sweep import Values, axis_radius, row_count
 from sidestep.types import BoolArray, FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def lay_out_danger(
     world: FloatArray,
     origin: FloatArray,
@@ -66,7 +67,7 @@ def lay_out_danger(
             bounds[k] += weight * np.exp(-rate * (far if squared else np.sqrt(far)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def danger_tables(
     path: FloatArray,
     radius: int,
@@ -96,7 +97,7 @@ def danger_tables(
                     out[row, centre + i2] = weight * np.exp(-rate * distance)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def lay_out_squares(goal: FloatArray, weight: FloatArray, spacing: float, centre: int, axes: FloatArray) -> None:
     """Weighted squared distance along each axis, θ1·(x_a − g_a)².
 
@@ -114,7 +115,7 @@ def lay_out_squares(goal: FloatArray, weight: FloatArray, spacing: float, centre
             axes[3 - d + a, c] = weight[a] * gap * gap
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def lay_out_distances(
     goal: FloatArray, weight: FloatArray, spacing: float, centre: int, dimension: int, table: Values
 ) -> None:
@@ -129,7 +130,7 @@ def lay_out_distances(
             table[row, c] = np.sqrt(aside + axes[2, c])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def wall_off(free: BoolArray, axes: FloatArray, summed: bool, layer: int, table: FloatArray) -> None:
     """Forbid cells that are not free.
 
@@ -147,7 +148,7 @@ def wall_off(free: BoolArray, axes: FloatArray, summed: bool, layer: int, table:
             table[row, c] = here if free[row, c] else np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def lay_out_actions(
     effort: FloatArray,
     pull: FloatArray,
@@ -221,7 +222,7 @@ def lay_out_actions(
     return margin, cheapest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def slowing_policies(pace: FloatArray, time: float, radius: int, reach: int, tables: FloatArray) -> None:
     """P_d per axis of a person who slows down: `tables` (3·T, 2·radius + 1), all written.
 
@@ -246,7 +247,7 @@ def slowing_policies(pace: FloatArray, time: float, radius: int, reach: int, tab
             tables[axis * count + low + 1 + reach, c] = mean - low
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def axis_policies(
     goal_axes: FloatArray,
     taps: FloatArray,
@@ -286,7 +287,7 @@ def axis_policies(
             )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, nogil=True)
 def _spread_over_minimisers(
     values: FloatArray,
     at: int,

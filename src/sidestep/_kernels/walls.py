@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import FloatArray
 
 Occupied = NDArray[np.bool_]
@@ -16,7 +17,7 @@ PAD = 2.0
 """m around all walls in which samples of the signed distance are taken, see `distance_bounds`."""
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _polygon_distance(x: float, y: float, segments: FloatArray) -> float:
     """Distance to the nearest segment, negative inside a polygon (even–odd rule).
 
@@ -49,7 +50,7 @@ def _polygon_distance(x: float, y: float, segments: FloatArray) -> float:
     return -math.sqrt(best) if inside else math.sqrt(best)
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _grid_distance(x: float, y: float, grid: Occupied, frame: FloatArray, sizes: FloatArray) -> float:
     """Distance to the nearest occupied square, negative inside; `sizes` bounds it from a distance transform.
 
@@ -91,7 +92,7 @@ def _grid_distance(x: float, y: float, grid: Occupied, frame: FloatArray, sizes:
     return math.sqrt(best) * h
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def wall_distance(
     x: float, y: float, segments: FloatArray, grid: Occupied, frame: FloatArray, sizes: FloatArray
 ) -> float:
@@ -104,7 +105,7 @@ def wall_distance(
     return best
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def wall_distances(
     points: FloatArray, segments: FloatArray, grid: Occupied, frame: FloatArray, sizes: FloatArray
 ) -> FloatArray:
@@ -115,7 +116,7 @@ def wall_distances(
     return out
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def distance_bounds(x: float, y: float, samples: FloatArray, corner: FloatArray) -> tuple[float, float]:
     """The signed distance to walls is at least and at most this, by the nearest of its samples.
 
@@ -133,7 +134,7 @@ def distance_bounds(x: float, y: float, samples: FloatArray, corner: FloatArray)
     return value - away, value + away
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def free_points(
     points: FloatArray,
     margin: float,
@@ -161,7 +162,7 @@ def free_points(
     return out
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _crosses(x0: float, y0: float, x1: float, y1: float, segments: FloatArray) -> bool:
     """Whether the way from 0 to 1 crosses any of the polygons' edges."""
     for s in range(segments.shape[0]):
@@ -175,7 +176,7 @@ def _crosses(x0: float, y0: float, x1: float, y1: float, segments: FloatArray) -
     return False
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def free_segments(
     starts: FloatArray,
     ends: FloatArray,
@@ -215,7 +216,7 @@ def free_segments(
     return out
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def interpolate(
     points: FloatArray, values: FloatArray, corner: FloatArray, spacing: float, goal: FloatArray
 ) -> FloatArray:
@@ -236,7 +237,7 @@ def interpolate(
     return out
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _by_way_of_edge(u: float, v: float, values: FloatArray, spacing: float) -> float:
     """Shortest straight way to a cell at the edges that face the point, plus the value there.
 

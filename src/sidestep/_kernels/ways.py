@@ -14,12 +14,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sidestep._kernels.options import KERNEL
 from sidestep.types import BoolArray, FloatArray, IntArray
 
 Cells = NDArray[np.int32]
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def shortest_ways(
     values: FloatArray, free: BoolArray, shut: BoolArray, moves: IntArray, flanks: IntArray, spacing: float
 ) -> None:
@@ -86,7 +87,7 @@ def shortest_ways(
                     waiting += 1
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def shade(
     values: FloatArray,
     free: BoolArray,
@@ -123,7 +124,7 @@ def shade(
                             values[i, j] = np.inf
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _link(heads: Cells, after: Cells, before: Cells, cell: int, bucket: int) -> None:
     """Put a cell in front of a bucket."""
     first = heads[bucket]
@@ -133,7 +134,7 @@ def _link(heads: Cells, after: Cells, before: Cells, cell: int, bucket: int) -> 
     heads[bucket] = cell
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _unlink(heads: Cells, after: Cells, before: Cells, cell: int, bucket: int) -> None:
     """Take a cell out of its bucket."""
     if before[cell] >= 0:
