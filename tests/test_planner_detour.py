@@ -11,6 +11,7 @@ import sidestep
 from made_trips import ROOMS, Trip, bases
 from sidestep import Holonomic, Obstacles, PersonObservation, Planner, RobotState
 from sidestep._kernels import ways as kernels
+from sidestep.detour import PATIENCE, Trial
 from sidestep.planning.geodesic import open_ways, ways_to_goal
 
 GOAL = (8.0, 0.0)
@@ -51,6 +52,24 @@ def test_somebody_in_the_door_is_waited_for_and_then_the_other_door_is_taken():
     assert trip.arrived
     assert np.max(trip.path, axis=0)[1] > 4.0
     assert trip.nearest > 0.6
+
+
+@pytest.mark.parametrize("name", ["any velocity", "limited acceleration"])
+def test_a_gap_does_not_close_while_it_is_waited_for_or_gone_to(name):
+    trip = trip_of(BASES[name], [(4.05, 0.1), (4.5, 5.4)], obstacles=ROOMS, horizon=5).run(30.0)
+    assert trip.arrived, trip.plans[-1].reason
+    assert trip.nearest > 0.6
+
+
+def test_a_way_on_which_the_robot_does_not_get_on_needs_more_room_and_one_on_which_it_does_no_more():
+    near, far = (open_ways(np.array([x, 0.0]), np.full(2, -5.0), np.full(2, 15.0)).field() for x in (6.0, 9.0))
+    trial = Trial()
+    for k in range(20):
+        trial = trial.along(near, np.array([0.25 * k, 0.0]), 2.0)
+    assert trial.failed == 0
+    for k in range(2 * (int(PATIENCE) + 1)):  # s; after each failure one to begin anew
+        trial = trial.along(far if k % 2 else near, np.array([4.75, 0.0]), 1.0)  # another goal is no progress
+    assert trial.failed == 2
 
 
 def test_who_has_stood_for_long_when_the_robot_comes_is_not_waited_for():

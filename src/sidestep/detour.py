@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Thread
 from typing import Any, NamedTuple
 
@@ -36,7 +36,7 @@ FORGOTTEN = 60.0
 ROOM, BRAKED_ROOM, MOST_ROOM = 0.4, 0.5, 1.0
 """m beyond contact that a robot needs beside somebody who stands: any base, one of limited acceleration, at most."""
 PATIENCE, WIDER = 6.0, 0.2
-"""s of waiting after which the robot is taken to need so many m more."""
+"""s without getting on, on a way around people, after which the robot is taken to need so many m more beside them."""
 NUDGE = 0.5
 """m that a goal may be moved by and still be the same: what was waited before counts on."""
 PROGRESS = 0.2
@@ -106,6 +106,34 @@ class Laid:
         return all(math.dist(self.centres[name], stand.here) < SHIFT for name, stand in standing.items())
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """How it goes on ways around people.
+
+    Attributes:
+        failed: how many led nowhere, since the room beside people was not enough.
+        way: the present one; left: m to the goal along it, the least so far.
+        stuck: s on it since then.
+    """
+
+    failed: int = 0
+    way: DistanceField | None = None
+    left: float = math.inf
+    stuck: float = 0.0
+
+    def along(self, way: DistanceField, here: Vector, passed: float) -> Trial:
+        """What is known after so many s more, at `here` (2,) m on a way that is being followed."""
+        left = way_to(way.goal, here, way)
+        before = self.left
+        if self.way is not None and self.way is not way:
+            before += left - way_to(self.way.goal, here, self.way)  # another way is no progress
+        if left < before - PROGRESS:
+            return replace(self, way=way, left=left, stuck=0.0)
+        if self.stuck + passed >= PATIENCE:
+            return Trial(self.failed + 1)
+        return replace(self, way=way, left=before, stuck=self.stuck + passed)
+
+
 class Laying:
     """A way that is being laid by a thread of its own, so that nobody has to wait for it."""
 
@@ -141,6 +169,7 @@ class Detours:
         self._site: Site | None = None
         self._least = math.inf  # m to the goal, the least so far
         self._progress = 0.0  # s, when that was
+        self._trial, self._latest = Trial(), math.inf  # s, of the last call
         self._ways: Ways | None = None  # where there is no map
         self._laid: Laid | None = None
         self._laying: Laying | None = None
@@ -177,6 +206,7 @@ class Detours:
         if after is None or here.size != 2:
             return Course(site.field)
         self._stands = self._noted(discs, here, time)
+        passed, self._latest = max(time - self._latest, 0.0), time
         direct = way_to(site.goal, here, site.field)
         if site is not self._site:
             before, self._site = self._site, site
@@ -185,10 +215,10 @@ class Detours:
             else:
                 self._least = math.inf
         if direct < self._least - PROGRESS:
-            self._least, self._progress = direct, time
+            self._least, self._progress, self._trial = direct, time, Trial()
         waited = time - self._progress
         standing = self._standing(site.goal, here, time - after)
-        self._told = (standing, self._room(waited)) if standing else None
+        self._told = (standing, self._room) if standing else None
         laid = self._around(site, *self._told, here) if self._told else None
         if laid is None:
             return Course(site.field, waited=waited)
@@ -200,6 +230,7 @@ class Detours:
         if longer > self._robot.planning_speed * max(after + waited, stood):
             waiting = f"; waiting for {who} who stand in the way: around them it is {longer:.1f} m more"
             return Course(site.field, waiting, waited)
+        self._trial = self._trial.along(laid, here, passed)
         return Course(laid, f"; going around {who} who stand in the way" if longer > PROGRESS else "", waited)
 
     def _noted(self, discs: Mapping[str, Disc], here: Vector, time: float) -> Mapping[str, Stand]:
@@ -227,10 +258,11 @@ class Detours:
             and math.dist(stand.here, goal) > stand.contact + SHIFT
         }
 
-    def _room(self, waited: float) -> float:
-        """Metres beyond contact that the robot is taken to need, after having waited for so many s."""
+    @property
+    def _room(self) -> float:
+        """Metres beyond contact that the robot is taken to need: more, where ways with less led nowhere."""
         least = ROOM if self._robot.planning_acceleration is None else BRAKED_ROOM
-        return min(least + WIDER * (waited // PATIENCE), MOST_ROOM)
+        return min(least + WIDER * self._trial.failed, MOST_ROOM)
 
     def _around(self, site: Site, standing: Mapping[str, Stand], room: float, here: Vector) -> DistanceField | None:
         """The way around them all, laid anew where somebody is new, gone or has shifted; None: not laid yet."""
