@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sidestep import Holonomic, PersonObservation, Planner, RobotState, SafetyFilter
+from sidestep import Holonomic, Obstacles, PersonObservation, Planner, RobotState, SafetyFilter
 
 COMING = [((0.5, 3.5), (-0.8, -0.6)), ((1.4, 2.0), (-0.4, -0.4)), ((-0.3, 2.0), (-0.4, 0.2))]
 """m and m/s: three who close the way for a while and leave it then."""
@@ -32,6 +32,29 @@ def test_a_gap_that_pays_after_the_horizon_is_waited_for():
     assert {short.status, far.status} == {"certified"}
     assert left(far) < left(short) - 1.0
     assert left(planned(COMING)) == left(far)  # as it is by default
+
+
+def across(start, goal, *, walker, velocity, **settings):
+    """s that a robot takes along one of two corridors of 2 m, past somebody who comes out of the other."""
+    robot = Holonomic(max_speed=1.0, radius=0.3)
+    corners = [np.array([(x, y), (9 * x, y), (9 * x, 9 * y), (x, 9 * y)], float) for x in (-1, 1) for y in (-1, 1)]
+    planner = Planner(robot=robot, goal=goal, obstacles=Obstacles(polygons=corners), **settings)
+    place, state, time = np.array(walker), RobotState(position=start, velocity=(0.0, 0.0)), 0.0
+    while np.linalg.norm(state.position - goal) > 0.2 and time < 40.0:
+        line = state.position + np.linspace(0.0, 1.0, 60)[:, None] * (place - state.position)
+        seen = not (np.abs(line) > 1.0).all(axis=1).any()
+        people = observed([(place, velocity)]) if seen else []
+        plan = planner.step(time=time, robot=state, people=people)
+        state = robot.follow(plan.velocity, state, 0.1)
+        place, time = place + 0.1 * np.array(velocity), time + 0.1
+        assert np.linalg.norm(state.position - place) > 0.6
+    return time
+
+
+def test_nobody_drives_the_robot_up_the_corridor_that_they_walk_along():
+    met = {"walker": (-0.05, -4.11), "velocity": (0.0, 0.82)}
+    assert across((-5.0, 0.0), (5.0, 0.0), **met) < 13.0
+    assert across((-5.0, 0.0), (5.0, 0.0), **met, terminal_weight=0.0) > 20.0  # along with them for nine metres
 
 
 @pytest.mark.parametrize("people", [COMING[:2], [], ASIDE], ids=["two", "nobody", "nobody in the way"])

@@ -37,7 +37,7 @@ STANDS = 0.25
 _AT_GOAL = 0.01  # m, within which there is no way left to give up
 _BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
 _PATIENCE = 4.0  # s of waiting, after which what stands about is taken to go on standing
-_SEVERAL = 3  # people near, from whom on the way beyond the horizon counts
+_SEVERAL = 3  # people near, from whom on the way beyond the horizon counts on open ground
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
 
 
@@ -231,10 +231,12 @@ class Situation:
 
         To go on from D m to the goal at full speed v costs the sum of D − j·v·ΔT over steps j, about D²/(2·v·ΔT), of
         slope D/(v·ΔT); with squared costs about D³/(3·v·ΔT), whose slope is half as many times that of D². Without
-        this a plan neither waits for a gap nor goes around where that pays only after the horizon. The way past one or
-        two is found within it. A wish comes before all this.
+        this a plan neither waits for a gap nor goes around where that pays only after the horizon. On open ground the
+        way past one or two is found within it; between walls one is enough to be driven up a corridor by. A wish comes
+        before all this.
         """
-        if self.wish is not None or near < _SEVERAL:
+        several = _SEVERAL if self.around.obstacles is None else 1
+        if self.wish is not None or near < several:
             return 0.0
         settings, most = self.settings, self.around.horizon
         left = self.distance(self.start) / (self.robot.planning_speed * settings.time_step) - most

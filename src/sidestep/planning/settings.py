@@ -33,8 +33,9 @@ class PlannerSettings:
         clearance: m between centres (≤ 100); None is robot radius + person radius + 0.10 m.
         goal_weight: θ5, one number or one per axis (≥ 0).
         goal_cost: "squared" is Eq. 9a; "distance" is θ5·‖x−g‖, whose pull does not grow with the distance.
-        terminal_weight: among three people and more, how much of the way that is left after the horizon counts (≥ 0): 1
-            is what it costs to go on at full speed, for as long again at most; 0 is Eq. 9a, which does not look so far.
+        terminal_weight: among three people and more, or anybody between walls, how much of the way that is left after
+            the horizon counts (≥ 0): 1 is what it costs to go on at full speed, for as long again at most; 0 is Eq. 9a,
+            which does not look so far.
         effort_weight: θ6, one number or one per axis (≥ 0).
         acceleration_weight: cost of the acceleration until the next call, ∫‖a‖² dt in m²/s³ (≥ 0), so that a plan made
             ten times a second is followed and not shaken; 0 is the paper.
