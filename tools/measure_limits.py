@@ -9,6 +9,7 @@ anything, robot and person would meet within half a second of each other.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,36 @@ def sets_off(generator: np.random.Generator) -> dict[str, Any]:
     }
 
 
+CORRIDORS = [[[4 + x, y], [4 + 9 * x, y], [4 + 9 * x, 30 * y], [4 + x, 30 * y]] for x in (-1, 1) for y in (-1, 1)]  # m
+
+
+def out_of_a_corridor(generator: np.random.Generator) -> dict[str, Any]:
+    """Comes out of the one of two corridors of 2 m just as the robot comes to it along the other."""
+    speed, side = generator.uniform(0.8, 1.8), generator.choice([-1.0, 1.0])
+    aside, when = generator.uniform(-0.6, 0.6), generator.uniform(3.3, 4.7)
+    start, goal = [4.0 + aside, -side * speed * when], [4.0 + aside, 25.0 * side]
+    return {"speed": speed, "start": start, "goal": goal, "arrives_with": [0.0, side * speed]}
+
+
+class InSight:
+    """A planner that is told of those whom no wall hides."""
+
+    def __init__(self, planner: sidestep.Planner) -> None:
+        self.planner = planner
+
+    def reset(self) -> None:
+        """Forget everybody."""
+        self.planner.reset()
+
+    def step(
+        self, *, time: float, robot: sidestep.RobotState, people: Sequence[sidestep.PersonObservation]
+    ) -> sidestep.Plan:
+        """Plan for those who are seen."""
+        walls = self.planner.obstacles
+        seen = [p for p in people if walls is None or walls.segment_free(robot.position, p.position)]
+        return self.planner.step(time=time, robot=robot, people=seen)
+
+
 PURSUIT = [{"time": 2.0 + 0.5 * k, "goal": "robot"} for k in range(16)]
 CASES: dict[str, dict[str, Any]] = {
     "a person who walks straight on": {},
@@ -91,6 +122,7 @@ CASES: dict[str, dict[str, Any]] = {
     "walks in zigzag": {"walk": zigzag},
     "walks ahead, stops, and steps back": {"walk": steps_back},
     "stands beside the way, and sets off across it": {"walk": sets_off},
+    "comes out of a corridor, unseen before": {"walk": out_of_a_corridor, "walls": CORRIDORS},
     "walks straight on; the base brakes at 1 m/s²": {"robot": {"max_acceleration": 1.0}},
     "… and the planner does not know": {"robot": {"max_acceleration": 1.0}, "untold": True},
     "every second step random; the base brakes at 0.5 m/s²": {
@@ -105,6 +137,16 @@ CASES: dict[str, dict[str, Any]] = {
     "walks in zigzag; the base brakes at 1 m/s²": {"walk": zigzag, "robot": {"max_acceleration": 1.0}},
     "walks ahead, stops, and steps back; 1 m/s²": {"walk": steps_back, "robot": {"max_acceleration": 1.0}},
     "sets off across its way; 1 m/s²": {"walk": sets_off, "robot": {"max_acceleration": 1.0}},
+    "comes out of a corridor; 1 m/s²": {
+        "walk": out_of_a_corridor,
+        "walls": CORRIDORS,
+        "robot": {"max_acceleration": 1.0},
+    },
+    "… and two wheels": {
+        "walk": out_of_a_corridor,
+        "walls": CORRIDORS,
+        "robot": {"max_acceleration": 1.0, "kind": "differential", "max_turn_acceleration": 4.0},
+    },
 }
 
 
@@ -132,6 +174,7 @@ def scenario(case: dict[str, Any], seed: int) -> sidestep.Scenario:
         "planning_period": 0.1,
         "robot": {"start": [0.0, 0.0], "goal": [8.0 * speed, 0.0], **case.get("robot", {})},
         "people": people,
+        "walls": case.get("walls", []),
         "measurement": case.get("measurement", {}),
         "human": case.get("human", {}),
     }
@@ -142,7 +185,7 @@ def measured(case: dict[str, Any], seed: int) -> Metrics:
     """One encounter in numbers; `untold`: the planner takes the base for one that can do anything at once."""
     met = scenario(case, seed)
     believed = scenario(case | {"robot": {}}, seed) if case.get("untold") else met
-    return measure(sidestep.simulate(met, navigator=planner_of(believed), snapshots=0))
+    return measure(sidestep.simulate(met, navigator=InSight(planner_of(believed)), snapshots=0))
 
 
 def row(name: str, case: dict[str, Any], episodes: int) -> list[Any]:
