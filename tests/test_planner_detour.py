@@ -12,7 +12,7 @@ from made_trips import ROOMS, Trip, bases
 from sidestep import Holonomic, Obstacles, PersonObservation, Planner, RobotState
 from sidestep._kernels import ways as kernels
 from sidestep.detour import PATIENCE, Trial
-from sidestep.planning.geodesic import open_ways, ways_to_goal
+from sidestep.planning.geodesic import open_ways, way_to, ways_to_goal
 
 GOAL = (8.0, 0.0)
 BASES = bases(radius=0.3, turning=4.0)
@@ -64,11 +64,12 @@ def test_a_gap_does_not_close_while_it_is_waited_for_or_gone_to(name):
 def test_a_way_on_which_the_robot_does_not_get_on_needs_more_room_and_one_on_which_it_does_no_more():
     near, far = (open_ways(np.array([x, 0.0]), np.full(2, -5.0), np.full(2, 15.0)).field() for x in (6.0, 9.0))
     trial = Trial()
-    for k in range(20):
-        trial = trial.along(near, np.array([0.25 * k, 0.0]), 2.0)
+    for here in np.arange(20)[:, None] * [0.25, 0.0]:
+        trial = trial.along(near, way_to(near.goal, here, near), here, 2.0)
     assert trial.failed == 0
     for k in range(2 * (int(PATIENCE) + 1)):  # s; after each failure one to begin anew
-        trial = trial.along(far if k % 2 else near, np.array([4.75, 0.0]), 1.0)  # another goal is no progress
+        way = far if k % 2 else near  # another goal is no progress
+        trial = trial.along(way, way_to(way.goal, here, way), here, 1.0)
     assert trial.failed == 2
 
 

@@ -99,6 +99,7 @@ class InSight:
         return self.planner.step(time=time, robot=robot, people=seen)
 
 
+CORNER = {"walk": out_of_a_corridor, "walls": CORRIDORS}
 PURSUIT = [{"time": 2.0 + 0.5 * k, "goal": "robot"} for k in range(16)]
 CASES: dict[str, dict[str, Any]] = {
     "a person who walks straight on": {},
@@ -122,7 +123,7 @@ CASES: dict[str, dict[str, Any]] = {
     "walks in zigzag": {"walk": zigzag},
     "walks ahead, stops, and steps back": {"walk": steps_back},
     "stands beside the way, and sets off across it": {"walk": sets_off},
-    "comes out of a corridor, unseen before": {"walk": out_of_a_corridor, "walls": CORRIDORS},
+    "comes out of a corridor, unseen before": CORNER,
     "walks straight on; the base brakes at 1 m/s²": {"robot": {"max_acceleration": 1.0}},
     "… and the planner does not know": {"robot": {"max_acceleration": 1.0}, "untold": True},
     "every second step random; the base brakes at 0.5 m/s²": {
@@ -137,16 +138,9 @@ CASES: dict[str, dict[str, Any]] = {
     "walks in zigzag; the base brakes at 1 m/s²": {"walk": zigzag, "robot": {"max_acceleration": 1.0}},
     "walks ahead, stops, and steps back; 1 m/s²": {"walk": steps_back, "robot": {"max_acceleration": 1.0}},
     "sets off across its way; 1 m/s²": {"walk": sets_off, "robot": {"max_acceleration": 1.0}},
-    "comes out of a corridor; 1 m/s²": {
-        "walk": out_of_a_corridor,
-        "walls": CORRIDORS,
-        "robot": {"max_acceleration": 1.0},
-    },
-    "… and two wheels": {
-        "walk": out_of_a_corridor,
-        "walls": CORRIDORS,
-        "robot": {"max_acceleration": 1.0, "kind": "differential", "max_turn_acceleration": 4.0},
-    },
+    "comes out of a corridor; 1 m/s²": CORNER | {"robot": {"max_acceleration": 1.0}},
+    "… and two wheels": CORNER
+    | {"robot": {"max_acceleration": 1.0, "kind": "differential", "max_turn_acceleration": 4.0}},
 }
 
 

@@ -121,9 +121,8 @@ class Trial:
     left: float = math.inf
     stuck: float = 0.0
 
-    def along(self, way: DistanceField, here: Vector, passed: float) -> Trial:
-        """What is known after so many s more, at `here` (2,) m on a way that is being followed."""
-        left = way_to(way.goal, here, way)
+    def along(self, way: DistanceField, left: float, here: Vector, passed: float) -> Trial:
+        """What is known after so many s more, with so many m left from `here` (2,) m on a way that is followed."""
         before = self.left
         if self.way is not None and self.way is not way:
             before += left - way_to(self.way.goal, here, self.way)  # another way is no progress
@@ -169,7 +168,8 @@ class Detours:
         self._site: Site | None = None
         self._least = math.inf  # m to the goal, the least so far
         self._progress = 0.0  # s, when that was
-        self._trial, self._latest = Trial(), math.inf  # s, of the last call
+        self._latest = math.inf  # s, of the last call
+        self._trial = Trial()
         self._ways: Ways | None = None  # where there is no map
         self._laid: Laid | None = None
         self._laying: Laying | None = None
@@ -225,12 +225,13 @@ class Detours:
         who = " and ".join(sorted({stand.kind for stand in standing.values()}))
         if not laid.reaches(here):
             return Course(site.field, f"; {who} stand in every way to the goal" if waited > after else "", waited)
-        longer = way_to(site.goal, here, laid) - direct
+        left = way_to(site.goal, here, laid)
+        longer = left - direct
         stood = time - max(stand.since for stand in standing.values())
         if longer > self._robot.planning_speed * max(after + waited, stood):
             waiting = f"; waiting for {who} who stand in the way: around them it is {longer:.1f} m more"
             return Course(site.field, waiting, waited)
-        self._trial = self._trial.along(laid, here, passed)
+        self._trial = self._trial.along(laid, left, here, passed)
         return Course(laid, f"; going around {who} who stand in the way" if longer > PROGRESS else "", waited)
 
     def _noted(self, discs: Mapping[str, Disc], here: Vector, time: float) -> Mapping[str, Stand]:
