@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 import sidestep
 from made_trips import ROOMS, Trip, bases
-from sidestep import Holonomic, Obstacles, PersonObservation, Planner, RobotState
+from sidestep import Holonomic, HumanModel, Obstacles, PersonObservation, Planner, PlannerSettings, RobotState
 from sidestep._kernels import ways as kernels
-from sidestep.detour import PATIENCE, Trial
+from sidestep.detour import PATIENCE, Detours, Disc, Trial
 from sidestep.planning.geodesic import open_ways, way_to, ways_to_goal
+from sidestep.site import site_of
 
 GOAL = (8.0, 0.0)
 BASES = bases(radius=0.3, turning=4.0)
@@ -260,6 +261,14 @@ def test_a_new_map_every_second_is_no_progress():
             trip.planner.obstacles = Obstacles(polygons=ROOMS.polygons)
         trip.step()
     assert "people stand in every way to the goal" in trip.plan.reason
+
+
+def test_a_pause_is_no_waiting():
+    robot, settings = BASES["any velocity"], PlannerSettings(horizon=5)
+    site = site_of(GOAL, ROOMS, robot=robot, human=HumanModel(), settings=settings)
+    detours, here, stander = Detours(robot, settings), np.array([3.0, 0.0]), {"a": Disc(np.array([4.05, 0.1]), 0.3)}
+    waited = [detours.course(site, stander, here=here, time=t).waited for t in (0.0, 0.5, 1.0, 600.0, 600.5)]
+    assert waited == pytest.approx([0.0, 0.5, 1.0, 1.0 + settings.timeout, 1.5 + settings.timeout])
 
 
 def test_a_goal_that_is_moved_a_little_is_waited_for_as_before():

@@ -164,6 +164,7 @@ class Detours:
         self._reach = within * robot.planning_speed * diagonal(robot.shape, 2)  # m
         self._after = None if isinstance(settings.goal_weight, tuple) else settings.detour_after
         self._aside = settings.deadline is not None
+        self._timeout = settings.timeout
         self._stands: Mapping[str, Stand] = {}
         self._site: Site | None = None
         self._least = math.inf  # m to the goal, the least so far
@@ -206,7 +207,9 @@ class Detours:
         if after is None or here.size != 2:
             return Course(site.field)
         self._stands = self._noted(discs, here, time)
-        passed, self._latest = max(time - self._latest, 0.0), time
+        gap, self._latest = max(time - self._latest, 0.0), time
+        passed = min(gap, self._timeout)
+        self._progress += gap - passed  # nobody drove during a pause: that is no waiting
         direct = way_to(site.goal, here, site.field)
         if site is not self._site:
             before, self._site = self._site, site
