@@ -219,13 +219,54 @@ def test_out_of_what_the_map_has_where_the_robot_is_no_way_leads_through_another
     assert wall.distance(np.array(trip.path)).min() > 0.0, trip
 
 
-@pytest.mark.parametrize(("room", "said"), [(0.3, True), (0.7, False)])
+@pytest.mark.parametrize(("room", "said"), [(0.27, True), (0.7, False)])
 def test_a_goal_so_near_to_a_wall_that_the_robot_stays_short_of_it_is_told(room, said):
     robot = DifferentialDrive(max_speed=1.0, radius=0.25)  # its point is 0.3 m ahead of the axle
     wall = Obstacles(polygons=[[(3.0, -3.0), (3.2, -3.0), (3.2, 3.0), (3.0, 3.0)]])
     trip = Trip(Planner(robot=robot, goal=(3.0 - room, 0.0), obstacles=wall), within=0.05).run(8.0)
     assert trip.arrived != said, trip
-    assert ("walls keep the robot 0.3" in trip.plan.reason) == said
+    assert ("walls keep the robot 0.2" in trip.plan.reason) == said
+
+
+WHEELS = {
+    "default": DifferentialDrive(),
+    "fast": DifferentialDrive(max_speed=1.0, radius=0.3),
+    "limited acceleration": DifferentialDrive(radius=0.2, max_acceleration=1.0, max_turn_acceleration=4.0),
+}
+
+
+def corridor(width, length):
+    """Two walls along x, around the origin."""
+    far, near, outer = length / 2, width / 2, width / 2 + 5.0
+    return Obstacles(
+        polygons=[[(-far, s * near), (far, s * near), (far, s * outer), (-far, s * outer)] for s in (-1, 1)]
+    )
+
+
+@pytest.mark.parametrize("name", WHEELS)
+@pytest.mark.parametrize("askew", [0.0, 0.8])
+def test_two_wheels_drive_through_a_door_that_the_body_fits_through(name, askew):
+    """Not only through one that is wide enough to turn around in with the point ahead of the axle."""
+    robot = WHEELS[name]
+    door = corridor(2 * robot.wall_margin + 0.05, 0.2)
+    trip = Trip(Planner(robot=robot, goal=(3.0, -0.5), obstacles=door), (-3.0, 0.8), heading=askew).run(15.0)
+    assert trip.arrived, str(trip)
+    assert trip.to_walls() > robot.radius - 0.002
+
+
+@pytest.mark.parametrize("name", WHEELS)
+@pytest.mark.parametrize("askew", [0.0, 0.5, 2.5])
+@pytest.mark.parametrize("play", [0.04, 0.12])
+def test_two_wheels_turn_on_the_spot_where_there_is_no_room_to_swing_around(name, askew, play):
+    robot = WHEELS[name]
+    walls = corridor(2 * robot.wall_margin + play, 12.0)
+    trip = Trip(Planner(robot=robot, goal=(-3.5, 0.0), obstacles=walls), heading=askew, period=0.1).run(18.0)
+    assert trip.arrived, str(trip)
+    assert trip.to_walls() > robot.radius - 0.002
+    turned = [k for k, plan in enumerate(trip.plans) if "turning on the spot" in plan.reason]
+    assert turned or askew > 2.0
+    for k in turned:  # two slices to a call
+        assert np.linalg.norm(trip.path[2 * k + 2] - trip.path[2 * k]) < 0.002
 
 
 @pytest.mark.parametrize(("speed", "weight"), [(2.0, 0.05), (2.0, 0.2), (2.0, 1.0), (1.0, 1.0)])

@@ -62,9 +62,9 @@ def test_it_runs_into_what_its_places_come_too_near_to(name, seed):
     asked = rng.uniform(-0.7, 0.7, (8, 2))
     for places, hit in zip(body.places(asked), body.runs_into(asked), strict=True):
         apart = np.linalg.norm(places[:, None] - people, axis=2)
-        near = apart.min(axis=0) < np.minimum(0.55, apart[0]) - 1e-3
+        near = apart.min(axis=0) < np.minimum(0.549, apart[0]) - 1e-6
         room = walls.distance(places)
-        assert hit == (near.any() or room.min() < min(0.25, room[0]) - 1e-3)
+        assert hit == (near.any() or room.min() < min(0.249, room[0]) - 1e-6)
 
 
 def test_nothing_near_is_nothing_to_run_into():

@@ -177,3 +177,20 @@ def test_impossible_robots_are_refused_in_one_line(made):
 def test_differential_drive_asks_for_a_heading():
     with pytest.raises(InvalidInput, match="heading"):
         DifferentialDrive().reference(RobotState(position=(0.0, 0.0)))
+
+
+@given(st.integers(0, 10_000))
+def test_an_axle_comes_nearer_to_a_wall_than_the_radius_only_where_its_reference_is_nearer_than_the_wall_margin(seed):
+    rng = np.random.default_rng(seed)
+    robot = DifferentialDrive(radius=float(rng.uniform(0.1, 0.5)), reference_offset=float(rng.uniform(0.05, 0.4)))
+    places = rng.uniform(-2.0, 2.0, (40, 2))  # of walls
+    state = RobotState(position=(0.0, 0.0), heading=float(rng.uniform(-3, 3)))
+    places = places[np.linalg.norm(places, axis=1) > robot.radius]
+    nearest = np.full(len(places), np.inf)  # m from the reference
+    for _ in range(20):
+        command = rng.uniform(0.0, robot.max_speed), rng.uniform(-1.0, 1.0) * robot.max_turn_rate
+        for _ in range(20):
+            state = robot.executed(command, state, 0.01)
+            nearest = np.minimum(nearest, np.linalg.norm(places - robot.reference(state), axis=1))
+            hit = np.linalg.norm(places - state.position, axis=1) < robot.radius
+            assert (nearest[hit] < robot.wall_margin + 0.01).all()

@@ -152,7 +152,8 @@ def test_the_body_is_looked_after_where_it_could_run_into_who_stands(monkeypatch
 
 
 def test_walls_are_looked_after_where_a_base_swings_its_axle(monkeypatch):
-    for gap, looked_after in ((0.55, True), (0.65, False)):
+    """It goes 0.5 m until the next call, and its disc is 0.6 m wide, 0.3 m of which an axle swings by."""
+    for gap, looked_after in ((1.35, True), (1.45, False)):
         walls = Obstacles(polygons=[[(-9.0, gap), (9.0, gap), (9.0, gap + 0.2), (-9.0, gap + 0.2)]])
         now = situation(monkeypatch, robot=WHEELS, obstacles=walls)
         assert (now.body is not None and now.body.walls is walls) is looked_after
@@ -199,3 +200,35 @@ def test_of_what_keeps_no_limit_the_cheapest_is_done(monkeypatch):
         outcome = climb(now, now.anticipated(None))
         np.testing.assert_array_equal(outcome.path, stay)
         assert outcome.status == "least_risk"
+
+
+def turned(monkeypatch, *, path, walls, robot=WHEELS, **more):
+    """(2,) m by which a base with two wheels, heading along x, moves its point in 0.1 s to turn; None: it does not."""
+    now = situation(monkeypatch, robot=robot, obstacles=walls, period=0.1, calls=2, **more)
+    velocity = now.turning(np.array(path))
+    return None if velocity is None else 0.1 * velocity
+
+
+def test_a_base_turns_on_the_spot_toward_a_way_that_leads_back_where_it_has_no_room(monkeypatch):
+    narrow, wide = (
+        Obstacles(polygons=[[(-9.0, y), (9.0, y), (9.0, 1.1 * y), (-9.0, 1.1 * y)] for y in (-half, half)])
+        for half in (0.5, 0.65)
+    )
+    start = np.array([0.3, 0.0])
+    back = np.add(start, [(0.0, 0.0), (-0.2, 0.0), (-1.0, 0.1), (2.0, 0.0)])  # where it goes first counts
+    braked = replace(WHEELS, max_acceleration=5.0)
+    for side in (1.0, -1.0):
+        shift = turned(monkeypatch, path=back * [1.0, side], walls=narrow)
+        there = start + shift
+        assert np.linalg.norm(there) == pytest.approx(0.3)  # about the axle
+        assert 0.0 < side * np.arctan2(there[1], there[0]) < 0.15
+        begun = turned(monkeypatch, path=back * [1.0, side], walls=narrow, robot=braked, velocity=(0.0, -0.4 * side))
+        assert begun[1] == pytest.approx(-shift[1])  # it goes on as it is
+        curve = turned(monkeypatch, path=back * [1.0, side], walls=narrow, robot=braked, velocity=(0.4, -0.4 * side))
+        assert curve[1] == pytest.approx(shift[1])
+    assert turned(monkeypatch, path=back, walls=wide) is None
+    assert turned(monkeypatch, path=back, walls=None) is None
+    assert turned(monkeypatch, path=back, walls=narrow, wish=(-0.5, 0.0)) is None
+    assert turned(monkeypatch, path=start - [0.29, 0.0] * np.array([[0.0], [1.0]]), walls=narrow) is None  # not far
+    assert turned(monkeypatch, path=start + [1.0, 0.1] * np.array([[0.0], [1.0]]), walls=narrow) is None  # ahead
+    assert situation(monkeypatch, robot=DISC, obstacles=narrow).turning(back - start) is None

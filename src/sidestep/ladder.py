@@ -46,6 +46,7 @@ class Outcome:
         foreseen: the prediction that this very path induces; problem: Eq. 9 under it.
         rounds: predictions made so far.
         stoppable: the base could still come to stand in time.
+        turns: it is a turn on the spot.
     """
 
     path: Path
@@ -56,6 +57,7 @@ class Outcome:
     problem: PlanningProblem
     rounds: int
     stoppable: bool
+    turns: bool = False
 
     @property
     def view(self) -> View:
@@ -91,8 +93,8 @@ def climb(now: Situation, anticipated: Path) -> Outcome:
         best = judged(now, path, view)
         view = best.view
         if best.status == "certified":
-            return _going_on(now, _braking(now, best))
-    return replace(_least_risk(now, view, best), rounds=view.made)
+            return _turned(now, _going_on(now, _braking(now, best)))
+    return _turned(now, replace(_least_risk(now, view, best), rounds=view.made))
 
 
 def _induced(now: Situation, path: Path, made: int) -> View:
@@ -151,6 +153,21 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
     if not kept or not np.isfinite(onward.problem.first_step_costs(first)[0]):
         return safe
     return min(safe, onward, key=lambda o: _price(o, replace(o.problem, graded=True)))
+
+
+def _turned(now: Situation, best: Outcome) -> Outcome:
+    """The motion; where it backs up without room to swing around, a turn on the spot first, if that is certified.
+
+    Its reference may come as near to walls as it likes meanwhile: the body stays where it is.
+    """
+    velocity = now.turning(best.path)
+    if velocity is None:
+        return best
+    path = np.repeat(now.start[None], now.around.horizon + 1, axis=0)
+    path[1:] += best.problem.begun(velocity[None]) * now.settings.time_step
+    seen, problem, made = best.view if best.foreseen.foretells(path) else _induced(now, path, best.rounds)
+    turned = judged(now, path, View(seen, replace(problem, margin=0.0), made))
+    return replace(turned, turns=True) if turned.status == "certified" else replace(best, rounds=made)
 
 
 def _motion(now: Situation, problem: PlanningProblem) -> Path | None:

@@ -12,7 +12,12 @@ from sidestep.types import FloatArray
 
 def reason_of(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
     """Say what was found in this situation; `risk` (N,) is what the rule limits, step by step."""
-    return _of_status(outcome, now, risk) + (now.remark or _too_narrow(now, outcome) or _short_of_the_goal(now))
+    said = _turning(outcome) or now.remark or _too_narrow(now, outcome) or _short_of_the_goal(now)
+    return _of_status(outcome, now, risk) + said
+
+
+def _turning(outcome: Outcome) -> str:
+    return "; turning on the spot, since walls leave no room to swing around" if outcome.turns else ""
 
 
 def _of_status(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
@@ -40,10 +45,10 @@ def _too_narrow(now: Situation, outcome: Outcome) -> str:
 
 
 def _short_of_the_goal(now: Situation) -> str:
-    """Say so where the goal is nearer to walls than the disc around the robot's point may come, or ''."""
+    """Say so where the goal is nearer to walls than the robot's point may come, or ''."""
     if now.field is None:
         return ""
     gap = math.dist(now.field.goal, now.goal)
     if gap <= now.field.spacing:
         return ""
-    return f"; walls keep the robot {gap:.2f} m from the goal: it needs {now.robot.planning_radius:.2f} m to them"
+    return f"; walls keep the robot {gap:.2f} m from the goal: it needs {now.robot.wall_margin:.2f} m to them"

@@ -74,7 +74,7 @@ def site_of(
     if walls is not None and not walls.free(place[None], robot.radius)[0]:
         allowed = f"a place at least the robot's radius ({robot.radius} m) away from walls"
         raise InvalidInput("planner.goal", place.tolist(), allowed, "move the goal or mend the map")
-    margin = robot.planning_radius
+    margin = robot.wall_margin
     ways = None if walls is None else ways_to_goal(walls, place, margin=margin)
     return Site(
         goal=place,

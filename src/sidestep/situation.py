@@ -38,6 +38,7 @@ _AT_GOAL = 0.01  # m, within which there is no way left to give up
 _BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
 _PATIENCE = 4.0  # s of waiting, after which what stands about is taken to go on standing
 _SEVERAL = 3  # people near, from whom on the way beyond the horizon counts on open ground
+_SPOT = 0.5e-3  # m; ℓ·angle²/8, the height of the arc above the chord that the reference is asked to follow
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
 
 
@@ -116,23 +117,21 @@ class Situation:
     def body(self) -> Body | None:
         """What the base could run into before it stands: people who stand near, and walls within the disc around it.
 
-        None where there is no such thing, or where first actions are not limited, as in the paper.
+        None where there is no such thing. People count where first actions are limited: in the paper they are not.
         """
-        if self.settings.first_step_limit is None:
-            return None
         robot, here, interval = self.robot, self.state.position, self.around.interval
         wheels = robot.offset if isinstance(robot, DifferentialDrive) else 0.0
         fastest = max(robot.max_speed, self.around.robot_speed)
         limit = robot.planning_acceleration
         reach = fastest * (interval if limit is None else interval + 0.5 * fastest / limit) + wheels
         near = []
-        for subject in self.everybody:
+        limited = self.settings.first_step_limit is not None
+        for subject in self.everybody if limited else ():
             contact = robot.radius + subject.mind.model.radius + FIRST_STEP_MARGIN
             if math.dist(subject.mind.position, here) < contact + reach and _stands(subject.mind):
                 near.append((subject.mind.position, contact))
         walls = self.around.obstacles if wheels else None
-        strays = 0.0 if limit is None else reach  # m, that the reference may leave the straight way by, at most
-        if walls is not None and walls.distance(self.start) >= robot.planning_radius + strays:
+        if walls is not None and walls.distance(self.start) >= robot.planning_radius + reach:
             walls = None
         if walls is None and not near:
             return None
@@ -144,6 +143,32 @@ class Situation:
             contacts=np.array([contact for _, contact in near]),
             walls=walls,
         )
+
+    def turning(self, path: Path) -> Vector | None:
+        """Return (d,) m/s, with which a base with two wheels turns on the spot, the way that `path` (N+1, d) m goes.
+
+        None where it drives forward, or has room to swing its axle out, and for bases that need not turn. Whatever the
+        walls, the body stays where it is: it is round, and it turns by so little until the next call that its middle
+        leaves its place by `_SPOT` at most.
+        """
+        robot, walls = self.robot, self.around.obstacles
+        if walls is None or self.wish is not None or not isinstance(robot, DifferentialDrive):
+            return None
+        if walls.distance(self.start) >= robot.planning_radius:
+            return None
+        gone = path - self.start
+        beyond = np.square(gone).sum(axis=1) > robot.offset**2
+        along = gone[beyond.argmax()]
+        arm, hold = self.start - self.state.position, self.around.interval
+        if not beyond.any() or float(along @ arm) >= 0.0:
+            return None
+        aside = np.array([-arm[1], arm[0]])
+        now = np.zeros(2) if self.velocity is None else self.velocity
+        turns = 4.0 * abs(float(now @ arm)) < abs(float(now @ aside))  # a turn that is begun goes on as it is
+        left = float((now if turns else along) @ aside)
+        angle = min(robot.planning_speed / robot.offset * hold, math.sqrt(8.0 * _SPOT / robot.offset))
+        sine, cosine = math.copysign(math.sin(angle), left), math.cos(angle)
+        return (cosine * arm + sine * aside - arm) / hold
 
     @property
     def steps(self) -> int:
@@ -215,7 +240,7 @@ class Situation:
             standing_share=1.0 if beset else STANDING_SHARE,
             beset=beset,
             obstacles=self.around.obstacles,
-            margin=robot.planning_radius,
+            margin=robot.wall_margin,
             distance_to_goal=self.field,
             body=self.body,
             inertia=self.inertia,

@@ -17,7 +17,8 @@ from sidestep.robots import Robot, RobotState
 from sidestep.robots.until_standing import until_standing
 from sidestep.types import BoolArray, FloatArray
 
-_EXACT = 1e-3  # m
+_EXACT = 1e-3  # m, that it may come too near; once it has, no more at the next call
+_EQUAL = 1e-6  # m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,10 +50,10 @@ class Body:
         places = self.places(asked)
         for person, contact in zip(self.people, self.contacts, strict=True):
             nearest = np.sqrt(np.square(places - person).sum(axis=-1)).min(axis=1)
-            out |= nearest < min(float(contact), math.dist(self.state.position, person)) - _EXACT
+            out |= nearest < min(float(contact) - _EXACT, math.dist(self.state.position, person)) - _EQUAL
         if self.walls is not None:
             room = float(self.walls.distance(self.state.position))
-            out |= self.walls.distance(places).min(axis=1) < min(self.robot.radius, room) - _EXACT
+            out |= self.walls.distance(places).min(axis=1) < min(self.robot.radius - _EXACT, room) - _EQUAL
         return out
 
     def places(self, asked: FloatArray) -> FloatArray:

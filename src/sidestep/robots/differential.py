@@ -71,6 +71,17 @@ class DifferentialDrive:
         return self.radius + self.offset
 
     @property
+    def wall_margin(self) -> float:
+        """m, that the reference keeps from walls: √(radius² + ℓ²).
+
+        The axle goes straight toward the reference, ℓ ahead of it. It comes nearer to a place r away only while that
+        lies less than 90° off this way, and then the reference is less than √(r² + ℓ²) from that place. So the body
+        comes into no wall while it drives forward; what it does until the next call is judged itself
+        (`planning.body`), and when it backs up that is what counts.
+        """
+        return math.hypot(self.radius, self.offset)
+
+    @property
     def planning_acceleration(self) -> float | None:
         """m/s² that planning may ask of the reference in any direction; what turning itself needs is left out."""
         limits = [a for a in (self.max_acceleration,) if a is not None]

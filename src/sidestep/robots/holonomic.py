@@ -51,6 +51,11 @@ class Holonomic:
         return self.radius
 
     @property
+    def wall_margin(self) -> float:
+        """m, that the reference keeps from walls."""
+        return self.radius
+
+    @property
     def planning_acceleration(self) -> float | None:
         """m/s² that planning may ask of the reference."""
         return self.max_acceleration
