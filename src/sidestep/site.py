@@ -46,7 +46,7 @@ class Site:
             return "; on the map the robot is inside a wall"
         if self.field.reaches(start):
             return ""
-        return f"; no way on the map leads to the goal with {self.margin:g} m to the walls"
+        return f"; no way on the map leads to the goal with {self.margin:.3g} m to the walls"
 
 
 def site_of(
