@@ -232,3 +232,16 @@ def test_a_base_turns_on_the_spot_toward_a_way_that_leads_back_where_it_has_no_r
     assert turned(monkeypatch, path=start - [0.29, 0.0] * np.array([[0.0], [1.0]]), walls=narrow) is None  # not far
     assert turned(monkeypatch, path=start + [1.0, 0.1] * np.array([[0.0], [1.0]]), walls=narrow) is None  # ahead
     assert situation(monkeypatch, robot=DISC, obstacles=narrow).turning(back - start) is None
+
+
+def test_a_base_that_waits_before_a_wall_ahead_turns_away_from_it_where_the_way_leads_on(monkeypatch):
+    start = np.array([0.3, 0.0])
+    waits = np.add(start, [(0.0, 0.0), (0.0, 0.0), (1.0, 0.2)])
+    for side in (1.0, -1.0):
+        corner = Obstacles(polygons=[[(0.4, -0.2 * side), (0.9, -0.2 * side), (0.9, -0.9 * side), (0.4, -0.9 * side)]])
+        shift = turned(monkeypatch, path=waits, walls=corner)
+        assert side * shift[1] > 0.0
+        assert turned(monkeypatch, path=waits[:2], walls=corner) is None  # it may have arrived
+        assert turned(monkeypatch, path=np.add(waits, [(0, 0), (0.02, 0), (0, 0)]), walls=corner) is None
+    aside = Obstacles(polygons=[[(-9.0, 0.5), (9.0, 0.5), (9.0, 0.6), (-9.0, 0.6)]])  # nearer than 0.6 m
+    assert turned(monkeypatch, path=waits, walls=aside) is None

@@ -18,11 +18,10 @@ from sidestep.forecast import Forecast
 from sidestep.planning.polish import polish
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import SearchResult, search
-from sidestep.situation import STAYS, Situation
+from sidestep.situation import STAYS, STILL, Situation
 from sidestep.types import FloatArray, Path, Status
 
 _GIVEN_UP = 0.5  # a motion that gains less than this share of the open way gives way
-_STILL = 0.01  # m, less than which is no motion
 _CREEP = 0.5, 0.25  # of the top speed
 
 
@@ -156,7 +155,7 @@ def _going_on(now: Situation, safe: Outcome) -> Outcome:
 
 
 def _turned(now: Situation, best: Outcome) -> Outcome:
-    """The motion; where it backs up without room to swing around, a turn on the spot first, if that is certified.
+    """The motion; where walls leave a base with two wheels no room for it, a turn on the spot, if that is certified.
 
     Its reference may come as near to walls as it likes meanwhile: the body stays where it is.
     """
@@ -183,7 +182,7 @@ def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
 
 def _hesitates(now: Situation, problem: PlanningProblem, path: Path) -> bool:
     """Whether a motion beside a wall leads nowhere, or begins with that."""
-    return problem.beside_walls and (float(np.abs(path[1] - path[0]).max()) < _STILL or now.gives_up(path, STAYS))
+    return problem.beside_walls and (float(np.abs(path[1] - path[0]).max()) < STILL or now.gives_up(path, STAYS))
 
 
 def _creeping(now: Situation, problem: PlanningProblem, found: SearchResult) -> SearchResult:

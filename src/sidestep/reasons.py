@@ -17,7 +17,7 @@ def reason_of(outcome: Outcome, now: Situation, risk: FloatArray) -> str:
 
 
 def _turning(outcome: Outcome) -> str:
-    return "; turning on the spot, since walls leave no room to swing around" if outcome.turns else ""
+    return "; turning on the spot, since walls leave no room for another way" if outcome.turns else ""
 
 
 def _of_status(outcome: Outcome, now: Situation, risk: FloatArray) -> str:

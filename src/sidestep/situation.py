@@ -32,6 +32,8 @@ from sidestep.types import Path, Vector
 
 STAYS = 0.1
 """Of the way that is open; a motion that gains less leads nowhere."""
+STILL = 0.01
+"""m, less than which is no motion."""
 STANDS = 0.25
 """m/s, below which somebody, or another robot, stands."""
 _AT_GOAL = 0.01  # m, within which there is no way left to give up
@@ -145,30 +147,36 @@ class Situation:
         )
 
     def turning(self, path: Path) -> Vector | None:
-        """Return (d,) m/s, with which a base with two wheels turns on the spot, the way that `path` (N+1, d) m goes.
+        """Return (d,) m/s, with which a base with two wheels turns on the spot; None where it had better not.
 
-        None where it drives forward, or has room to swing its axle out, and for bases that need not turn. Whatever the
-        walls, the body stays where it is: it is round, and it turns by so little until the next call that its middle
-        leaves its place by `_SPOT` at most.
+        It does where `path` (N+1, d) m backs up and there is no room to swing the axle out, the way that the path goes;
+        and where a wall is so near ahead that the path waits, away from that. Whatever the walls, the body stays where
+        it is: it is round, and it turns by so little until the next call that its middle leaves its place by `_SPOT` at
+        most.
         """
         robot, walls = self.robot, self.around.obstacles
         if walls is None or self.wish is not None or not isinstance(robot, DifferentialDrive):
             return None
-        if walls.distance(self.start) >= robot.planning_radius:
-            return None
+        room = float(walls.distance(self.start))
         gone = path - self.start
         beyond = np.square(gone).sum(axis=1) > robot.offset**2
-        along = gone[beyond.argmax()]
-        arm, hold = self.start - self.state.position, self.around.interval
-        if not beyond.any() or float(along @ arm) >= 0.0:
+        if room >= robot.planning_radius or not beyond.any():
             return None
+        along, middle, hold = gone[beyond.argmax()], self.state.position, self.around.interval
+        arm = self.start - middle
         aside = np.array([-arm[1], arm[0]])
-        now = np.zeros(2) if self.velocity is None else self.velocity
-        turns = 4.0 * abs(float(now @ arm)) < abs(float(now @ aside))  # a turn that is begun goes on as it is
-        left = float((now if turns else along) @ aside)
         angle = min(robot.planning_speed / robot.offset * hold, math.sqrt(8.0 * _SPOT / robot.offset))
-        sine, cosine = math.copysign(math.sin(angle), left), math.cos(angle)
-        return (cosine * arm + sine * aside - arm) / hold
+        turned = math.cos(angle) * arm + math.sin(angle) * np.array([aside, -aside])  # to the left, to the right
+        if float(along @ arm) < 0.0:
+            now = np.zeros(2) if self.velocity is None else self.velocity
+            turns = 4.0 * abs(float(now @ arm)) < abs(float(now @ aside))  # a turn that is begun goes on as it is
+            left = float((now if turns else along) @ aside) >= 0.0
+        elif room < robot.wall_margin and float(np.abs(gone[1]).max()) < STILL:
+            rooms = walls.distance(middle + turned)
+            left = bool(rooms[0] >= rooms[1])
+        else:
+            return None
+        return (turned[0 if left else 1] - arm) / hold
 
     @property
     def steps(self) -> int:
