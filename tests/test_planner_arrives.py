@@ -269,6 +269,16 @@ def test_two_wheels_turn_on_the_spot_where_there_is_no_room_to_swing_around(name
         assert np.linalg.norm(trip.path[2 * k + 2] - trip.path[2 * k]) < 0.002
 
 
+def test_two_wheels_that_touch_a_corner_ahead_get_away_from_it():
+    """Forward leads into the corner, and the way ahead is forward: it had stood there for good."""
+    robot = WHEELS["fast"]
+    planner = Planner(robot=robot, goal=(4.0, 0.0), obstacles=corridor(2.2, 16.0))
+    trip = Trip(planner, (-8.26, -0.95), heading=np.radians(37.0), period=0.1).run(20.0)
+    assert trip.arrived, str(trip)
+    assert trip.to_walls() > min(robot.radius, planner.obstacles.distance((-8.26, -0.95))) - 0.002
+    assert any("turning on the spot" in plan.reason for plan in trip.plans)
+
+
 @pytest.mark.parametrize(("speed", "weight"), [(2.0, 0.05), (2.0, 0.2), (2.0, 1.0), (1.0, 1.0)])
 def test_whatever_changing_the_velocity_costs_it_stops_at_its_goal(speed, weight):
     goal = np.array([2.2, 1.0])
