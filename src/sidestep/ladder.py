@@ -18,7 +18,8 @@ from sidestep.forecast import Forecast
 from sidestep.planning.polish import polish
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import SearchResult, search
-from sidestep.situation import STAYS, STILL, Situation
+from sidestep.planning.turning import STILL
+from sidestep.situation import STAYS, Situation
 from sidestep.types import FloatArray, Path, Status
 
 _GIVEN_UP = 0.5  # a motion that gains less than this share of the open way gives way

@@ -25,6 +25,7 @@ from sidestep.planning.search import Outlook
 from sidestep.planning.search_maps import resolution
 from sidestep.planning.settings import FIRST_STEP_MARGIN, PlannerSettings
 from sidestep.planning.stopping import Inertia
+from sidestep.planning.turning import turn
 from sidestep.robots import DifferentialDrive, Robot, RobotState
 from sidestep.robots.holonomic import diagonal
 from sidestep.subjects import Circumstances, Subject
@@ -32,15 +33,12 @@ from sidestep.types import Path, Vector
 
 STAYS = 0.1
 """Of the way that is open; a motion that gains less leads nowhere."""
-STILL = 0.01
-"""m, less than which is no motion."""
 STANDS = 0.25
 """m/s, below which somebody, or another robot, stands."""
 _AT_GOAL = 0.01  # m, within which there is no way left to give up
 _BESIDE, _COMING = 0.6, 2.0  # m beyond clearance, within which who stands besets the robot, or who walks may hit it
 _PATIENCE = 4.0  # s of waiting, after which what stands about is taken to go on standing
 _SEVERAL = 3  # people near, from whom on the way beyond the horizon counts on open ground
-_SPOT = 0.5e-3  # m; ℓ·angle²/8, the height of the arc above the chord that the reference is asked to follow
 _WISH = 100.0  # per m²/s² and step; makes every other cost a tie-breaker between motions that begin as wished
 
 
@@ -147,36 +145,12 @@ class Situation:
         )
 
     def turning(self, path: Path) -> Vector | None:
-        """Return (d,) m/s, with which a base with two wheels turns on the spot; None where it had better not.
-
-        It does where `path` (N+1, d) m backs up and there is no room to swing the axle out, the way that the path goes;
-        and where a wall is so near ahead that the path waits, away from that. Whatever the walls, the body stays where
-        it is: it is round, and it turns by so little until the next call that its middle leaves its place by `_SPOT` at
-        most.
-        """
+        """Return (d,) m/s, with which it turns on the spot rather than follow `path` (N+1, d) m; None: it does not."""
         robot, walls = self.robot, self.around.obstacles
         if walls is None or self.wish is not None or not isinstance(robot, DifferentialDrive):
             return None
-        room = float(walls.distance(self.start))
-        gone = path - self.start
-        beyond = np.square(gone).sum(axis=1) > robot.offset**2
-        if room >= robot.planning_radius or not beyond.any():
-            return None
-        along, middle, hold = gone[beyond.argmax()], self.state.position, self.around.interval
-        arm = self.start - middle
-        aside = np.array([-arm[1], arm[0]])
-        angle = min(robot.planning_speed / robot.offset * hold, math.sqrt(8.0 * _SPOT / robot.offset))
-        turned = math.cos(angle) * arm + math.sin(angle) * np.array([aside, -aside])  # to the left, to the right
-        if float(along @ arm) < 0.0:
-            now = np.zeros(2) if self.velocity is None else self.velocity
-            turns = 4.0 * abs(float(now @ arm)) < abs(float(now @ aside))  # a turn that is begun goes on as it is
-            left = float((now if turns else along) @ aside) >= 0.0
-        elif room < robot.wall_margin and float(np.abs(gone[1]).max()) < STILL:
-            rooms = walls.distance(middle + turned)
-            left = bool(rooms[0] >= rooms[1])
-        else:
-            return None
-        return (turned[0 if left else 1] - arm) / hold
+        middle, hold = self.state.position, self.around.interval
+        return turn(robot, walls, middle=middle, path=path, velocity=self.velocity, hold=hold)
 
     @property
     def steps(self) -> int:
