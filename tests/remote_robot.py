@@ -43,8 +43,9 @@ class Floor:
         self.why = report.summary
 
 
-def robot(*, host: str = "127.0.0.1", token: str = "", link_timeout: float = 0.6):
+def robot(*, host: str = "127.0.0.1", token: str = "", link_timeout: float = 0.6, floor: Floor | None = None):
     """Return (runner, inputs, floor)."""
+    floor = floor or Floor()
     settings = NodeSettings.parse(
         {
             "robot": {"kind": "holonomic"},
@@ -65,7 +66,6 @@ def robot(*, host: str = "127.0.0.1", token: str = "", link_timeout: float = 0.6
     frames = Frames(planning="odom", base="base_link", mount=Pose2())
     inputs = Inputs(settings, sensing=Eyes(), frames=frames)
     core = Core(settings, inputs=inputs, wheels=Wheels(), make_planner=lambda goal, grid: StraightPlanner())
-    floor = Floor()
     return Runner(settings, core=core, inputs=inputs, outlet=floor, clock=time.monotonic), inputs, floor
 
 

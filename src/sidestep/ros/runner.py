@@ -20,6 +20,7 @@ from sidestep.ros.remote import RemoteServer
 from sidestep.ros.settings import NodeSettings
 from sidestep.ros.status import STANDSTILL, Motion, Report
 
+_LAST_WORDS = 5  # ROS sends with threads of its own, and closes their connections as soon as the node has ended
 _LOG = logging.getLogger(__name__)
 
 
@@ -104,15 +105,20 @@ class Runner:
             thread.start()
 
     def stop(self) -> None:
-        """End, with a last command to stand still."""
+        """End, with a last command to stand still, and again: what is sent last may be cut off with its sender."""
         self._ending.set()
         self._inputs.renewed.set()
         self._painting.set()
-        for thread in self._threads:
+        commanding, *others = self._threads
+        commanding.join(timeout=2.0)
+        self._outlet.motion(STANDSTILL)  # others may take their time
+        for thread in others:
             thread.join(timeout=2.0)
         if self.server is not None:
             self.server.close()
-        self._outlet.motion(STANDSTILL)
+        for _ in range(_LAST_WORDS):
+            self._outlet.motion(STANDSTILL)
+            time.sleep(0.1)
 
     def _paint(self) -> None:
         while not self._ending.is_set():
