@@ -152,8 +152,8 @@ def test_the_body_is_looked_after_where_it_could_run_into_who_stands(monkeypatch
 
 
 def test_walls_are_looked_after_where_a_base_swings_its_axle(monkeypatch):
-    """It goes 0.5 m until the next call, and its disc is 0.6 m wide, 0.3 m of which an axle swings by."""
-    for gap, looked_after in ((1.35, True), (1.45, False)):
+    """Its point goes 0.5 m until the next call, and the disc around it has 0.6 m."""
+    for gap, looked_after in ((1.05, True), (1.15, False)):
         walls = Obstacles(polygons=[[(-9.0, gap), (9.0, gap), (9.0, gap + 0.2), (-9.0, gap + 0.2)]])
         now = situation(monkeypatch, robot=WHEELS, obstacles=walls)
         assert (now.body is not None and now.body.walls is walls) is looked_after

@@ -123,15 +123,15 @@ class Situation:
         wheels = robot.offset if isinstance(robot, DifferentialDrive) else 0.0
         fastest = max(robot.max_speed, self.around.robot_speed)
         limit = robot.planning_acceleration
-        reach = fastest * (interval if limit is None else interval + 0.5 * fastest / limit) + wheels
+        way = fastest * (interval if limit is None else interval + 0.5 * fastest / limit)  # m, of the reference
         near = []
         limited = self.settings.first_step_limit is not None
         for subject in self.everybody if limited else ():
             contact = robot.radius + subject.mind.model.radius + FIRST_STEP_MARGIN
-            if math.dist(subject.mind.position, here) < contact + reach and _stands(subject.mind):
+            if math.dist(subject.mind.position, here) < contact + way + wheels and _stands(subject.mind):
                 near.append((subject.mind.position, contact))
         walls = self.around.obstacles if wheels else None
-        if walls is not None and walls.distance(self.start) >= robot.planning_radius + reach:
+        if walls is not None and walls.distance(self.start) >= robot.planning_radius + way:
             walls = None
         if walls is None and not near:
             return None
