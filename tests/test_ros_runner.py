@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 
 from remote_robot import Floor, robot
@@ -14,26 +13,17 @@ class Lagging(Floor):
 
     def __init__(self) -> None:
         super().__init__()
-        self.ends = False
-        self.waiting: queue.Queue[Motion] = queue.Queue(maxsize=1)
-        self.lock, self.closed = threading.Lock(), threading.Event()
+        self.ends, self.newest = False, STANDSTILL
+        self.closed = threading.Event()
         self.sender = threading.Thread(target=self.send, daemon=True)
         self.sender.start()
 
     def motion(self, motion: Motion) -> None:
-        with self.lock:
-            self.keep(motion)
-
-    def keep(self, motion: Motion) -> None:
-        while self.waiting.full():
-            self.waiting.get_nowait()
-        self.waiting.put_nowait(motion if self.ends else Motion(forward=0.5))  # it drives until then
+        self.newest = motion if self.ends else Motion(forward=0.5)  # it drives until then
 
     def send(self) -> None:
         while not self.closed.wait(0.1):
-            with self.lock:
-                while not self.waiting.empty():
-                    self.motion_now = self.waiting.get_nowait()
+            self.motion_now = self.newest
 
 
 def test_the_last_command_is_sent_before_the_node_has_ended():

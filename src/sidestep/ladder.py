@@ -18,7 +18,7 @@ from sidestep.forecast import Forecast
 from sidestep.planning.polish import polish
 from sidestep.planning.problem import PlanningProblem
 from sidestep.planning.search import SearchResult, search
-from sidestep.planning.turning import STILL
+from sidestep.planning.turning import waits
 from sidestep.situation import STAYS, Situation
 from sidestep.types import FloatArray, Path, Status
 
@@ -183,7 +183,7 @@ def _motion(now: Situation, problem: PlanningProblem) -> Path | None:
 
 def _hesitates(now: Situation, problem: PlanningProblem, path: Path) -> bool:
     """Whether a motion beside a wall leads nowhere, or begins with that."""
-    return problem.beside_walls and (float(np.abs(path[1] - path[0]).max()) < STILL or now.gives_up(path, STAYS))
+    return problem.beside_walls and (waits(path) or now.gives_up(path, STAYS))
 
 
 def _creeping(now: Situation, problem: PlanningProblem, found: SearchResult) -> SearchResult:

@@ -50,12 +50,17 @@ class Body:
         places = self.places(asked)
         for person, contact in zip(self.people, self.contacts, strict=True):
             nearest = np.sqrt(np.square(places - person).sum(axis=-1)).min(axis=1)
-            out |= nearest < min(float(contact) - _EXACT, math.dist(self.state.position, person)) - _EQUAL
+            out |= nearest < _least(float(contact), math.dist(self.state.position, person))
         if self.walls is not None:
             room = float(self.walls.distance(self.state.position))
-            out |= self.walls.distance(places).min(axis=1) < min(self.robot.radius - _EXACT, room) - _EQUAL
+            out |= self.walls.distance(places).min(axis=1) < _least(self.robot.radius, room)
         return out
 
     def places(self, asked: FloatArray) -> FloatArray:
         """Return (M, T, d) m, where the middle of the body is from now until the base stands; see `until_standing`."""
         return until_standing(self.robot, self.state, asked, self.interval)
+
+
+def _least(kept: float, now: float) -> float:
+    """Metres below which it is too near, where `kept` is what it keeps and `now` is how near it is."""
+    return min(kept - _EXACT, now) - _EQUAL

@@ -14,9 +14,13 @@ from sidestep.obstacles import Obstacles
 from sidestep.robots import DifferentialDrive
 from sidestep.types import Path, Vector
 
-STILL = 0.01
-"""m, less than which is no motion."""
+_STILL = 0.01  # m, less than which is no motion
 _SPOT = 0.5e-3  # m; ℓ·angle²/8, the height of the arc above the chord that the reference is asked to follow
+
+
+def waits(path: Path) -> bool:
+    """Return whether a motion (N+1, d) m begins with standing."""
+    return float(np.abs(path[1] - path[0]).max()) < _STILL
 
 
 def turn(
@@ -48,7 +52,7 @@ def turn(
         now = np.zeros(2) if velocity is None else velocity
         turns = 4.0 * abs(float(now @ arm)) < abs(float(now @ aside))  # a turn that is begun goes on as it is
         left = float((now if turns else along) @ aside) >= 0.0
-    elif room < robot.wall_margin and float(np.abs(gone[1]).max()) < STILL:
+    elif room < robot.wall_margin and waits(path):
         rooms = walls.distance(middle + turned)
         left = bool(rooms[0] >= rooms[1])
     else:
